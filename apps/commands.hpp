@@ -1,0 +1,9 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+// One source file per subcommand; each adds itself with its options and what it does.
+void add_schemes(CLI::App& app);
+void add_assemble(CLI::App& app);
+void add_derive(CLI::App& app);
+void add_converge(CLI::App& app);

@@ -1,0 +1,57 @@
+// gradpsi derive: the derivative of a field given at the points of a file.
+
+#include <memory>
+
+#include "commands.hpp"
+#include "operator_options.hpp"
+
+namespace {
+
+using std::filesystem::path;
+
+void run(const OperatorOptions& options, const std::string& field, const path& output) {
+  const gradpsi::Scheme scheme = options.scheme;
+  Problem problem = read_points(options);
+  gradpsi::Table& table = problem.table;
+  const Eigen::VectorXd u = table.column(field);
+  for (Eigen::Index i = 0; i < u.size(); ++i)
+    if (!std::isfinite(u[i]))
+      throw gradpsi::InvalidInput("point " + std::to_string(i) + " has a value of '" + field +
+                                  "' that is not finite");
+  assemble(options, problem);
+  const auto& axes = problem.op.axes;
+  if (scheme.derivative == gradpsi::Derivative::Laplacian) {
+    table.add("lap_" + field, axes[0] * u);
+  } else {
+    const std::array suffixes = {"_x", "_y", "_z"};
+    for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
+  }
+  write_and_report(options, problem, output, [&] {
+    output.extension() == ".vtu" ? write_vtu(output, table) : write_csv(output, table);
+  });
+}
+
+}  // namespace
+
+void add_derive(CLI::App& app) {
+  auto* command =
+      app.add_subcommand("derive", "Differentiate a field given at the points of a file.");
+  auto options = std::make_shared<OperatorOptions>();
+  auto field = std::make_shared<std::string>();
+  auto output = std::make_shared<path>();
+  options->add_to(*command);
+  command->add_option("--field", *field, "The column to differentiate")->required();
+  command
+      ->add_option("-o", *output,
+                   "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
+                   "(gradient) or lap_FIELD (Laplacian)")
+      ->required()
+      ->check([](const std::string& name) {
+        const auto extension = path(name).extension();
+        return extension == ".csv" || extension == ".vtu" ? "" : "must end in .csv or .vtu";
+      });
+  command->footer(
+      "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
+      "--support-ratio 2.5 -o lap.vtu");
+  command->callback([=] { run(*options, *field, *output); });
+}

@@ -1,0 +1,57 @@
+// gradpsi: sparse gradient and Laplacian matrices of point clouds. See `gradpsi --help`.
+
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "commands.hpp"
+
+namespace {
+
+/// The usage line of the subcommand that was named, or of the program.
+std::string usage(const CLI::App& app) {
+  const auto named = app.get_subcommands();
+  const std::string help = named.empty() ? app.help() : named.front()->help(app.get_name());
+  const auto begin = help.find("Usage:");
+  return begin == help.npos ? "" : help.substr(begin, help.find('\n', begin) - begin);
+}
+
+int fail(const std::string& message) {
+  std::cerr << "error: " << message << '\n';
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe becomes a failed write
+
+  CLI::App app("Sparse gradient and Laplacian matrices of point clouds, by SPH-like schemes.",
+               "gradpsi");
+  app.set_version_flag("--version", GRADPSI_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "Example: gradpsi assemble points.csv --scheme laplacian-mixed-soc --support-ratio 2.5 "
+      "-o laplacian.mtx");
+  add_schemes(app);
+  add_assemble(app);
+  add_derive(app);
+  add_converge(app);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "error: " << error.what() << '\n' << usage(app) << '\n';
+    return 2;
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory");
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  }
+  std::cout.flush();
+  return std::cout ? 0 : fail("cannot write to standard output");
+}

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <optional>
+#include <vector>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/kernel.hpp"
+#include "gradpsi/neighbours.hpp"
+#include "gradpsi/scheme.hpp"
+
+namespace gradpsi {
+
+using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
+
+/// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
+/// unknowns, neighbours on a line, circle or other quadric, reciprocal condition number below
+/// `singular_below`), that has no neighbour at all, or that would hold a number that is not finite.
+enum class OnDegenerate {
+  Fail,   ///< throw StencilError
+  Lower,  ///< use the next lower consistency that can be solved, soc -> foc -> zoc; at last, zero
+  Zero    ///< leave the row zero
+};
+
+/// A moment system with a smaller reciprocal condition number (1-norm, scaled by h) counts as
+/// singular: less than two digits of its solution would be right.
+inline constexpr double singular_below = 1e-14;
+
+struct AssemblyOptions {
+  Kernel kernel = kernels().front();
+  OnDegenerate on_degenerate = OnDegenerate::Fail;
+  /// Assemble these rows only, in this order (0-based points). Unset: all rows.
+  std::optional<std::vector<int>> rows = {};
+  int threads = 0;  ///< 0: as many as OpenMP offers; the result does not depend on it
+};
+
+/// What was done with a row.
+enum class RowOutcome : unsigned char { AsAsked, LoweredToFoc, LoweredToZoc, Zero };
+
+/// How each assembled row came about; entry k belongs to row k of the matrices.
+struct RowReport {
+  Eigen::VectorXi neighbours;            ///< without the point itself
+  Eigen::VectorXd reciprocal_condition;  ///< of the moment system asked for; 1 where there is none
+  std::vector<RowOutcome> outcome;
+
+  int degenerate() const;  ///< rows whose outcome is not AsAsked
+};
+
+/// A derivative as sparse matrices, and how its rows came about.
+struct Operator {
+  std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
+  RowReport rows;
+
+  const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
+};
+
+/// The derivative operator of `scheme` on `cloud`.
+///
+/// Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i), G_ij or psi_ij of Scheme; the diagonal
+/// is minus the sum of the others, so rows sum to zero (negative diagonal for a Laplacian). Each
+/// matrix is n x n (options.rows: m x n), compressed, columns ascending, with the pattern of `near`
+/// plus the diagonal. Gradient entries are 1/length, Laplacian entries 1/length^2. symmetry() says
+/// which are symmetric. Without volumes in the cloud, number_density_volumes() are used. Cost:
+/// O(d^4) per neighbour and O(d^6) per row at second-order consistency.
+///
+/// @throws InvalidInput  if sizes disagree, a row or the number of threads is out of range, or the
+/// matrix would have more
+///   than 2^31 - 1 entries
+/// @throws StencilError  for the first degenerate row (policy Fail), naming the point, its
+/// neighbour
+///   count and the reciprocal condition number
+Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
+                  const AssemblyOptions& options = {});
+
+}  // namespace gradpsi

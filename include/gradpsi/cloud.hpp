@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace gradpsi {
+
+/// n x d, one row per point, d = 1, 2 or 3.
+using Positions = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+struct CloudOptions {
+  /// n volumes omega_j > 0 (length^d). Empty: assemble() takes the number density, see volumes().
+  Eigen::VectorXd volumes = {};
+  /// Lengths of a periodic box that starts at the origin; 0: open in that direction.
+  std::array<double, 3> box = {0, 0, 0};
+};
+
+/// Points with their volumes in open space or a periodic box. Valid from construction on: finite
+/// coordinates, positive volumes, sizes that agree. That no two points coincide is checked by
+/// find_neighbours(), for which it costs nothing; distinct_points() removes such points beforehand.
+class Cloud {
+ public:
+  /// @param positions  n x d, n >= 0; with a periodic box, points outside it stand for their image
+  /// @throws InvalidInput  naming the point or the argument
+  explicit Cloud(Positions positions, CloudOptions options = {});
+
+  int size() const { return static_cast<int>(positions_.rows()); }
+  int dimension() const { return static_cast<int>(positions_.cols()); }
+  const Positions& positions() const { return positions_; }
+  bool has_volumes() const { return volumes_.size() > 0; }
+  const Eigen::VectorXd& volumes() const { return volumes_; }  ///< n, or empty
+  const std::array<double, 3>& box() const { return box_; }    ///< 0: open
+
+  /// (mean volume)^(1/d) when there are volumes, else the median distance to the nearest neighbour
+  /// (a length; computed at each call with a k-d tree, n log n).
+  /// @throws InvalidInput  without volumes and with fewer than two points, or if most coincide
+  double spacing() const;
+
+ private:
+  Positions positions_;
+  Eigen::VectorXd volumes_;
+  std::array<double, 3> box_;
+};
+
+/// Indices of the points that remain, ascending, when of each group of coincident points (equal
+/// coordinates, up to the periods of the box) all but the first are dropped. n log n.
+std::vector<int> distinct_points(const Cloud& cloud);
+
+/// A jittered lattice for studies: points at the centres of equal cells.
+struct Lattice {
+  int dimension = 2;
+  int points_per_side = 10;
+  double lower = 0;  ///< the domain is [lower, upper]^d
+  double upper = 1;
+  double jitter = 0;       ///< each coordinate moves by up to +-jitter cells, uniformly; >= 0
+  std::uint64_t seed = 1;  ///< same seed, same points, on every platform
+  bool periodic = false;   ///< in all directions; needs lower = 0
+};
+
+/// The lattice's points, last coordinate fastest, with volumes dx^d, dx = (upper - lower) /
+/// points_per_side.
+/// @throws InvalidInput  if a number is outside its range
+Cloud make_cloud(const Lattice& lattice);
+
+}  // namespace gradpsi

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace gradpsi {
+
+/// The caller's or the file's mistake: the message says what was expected and what came.
+struct InvalidInput : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// A point whose row cannot be computed: its moment system is singular, or it has no neighbour.
+struct StencilError : std::runtime_error {
+  StencilError(const std::string& message, int point, int neighbours, double reciprocal_condition)
+      : std::runtime_error(message),
+        point(point),
+        neighbours(neighbours),
+        reciprocal_condition(reciprocal_condition) {}
+
+  int point;                    ///< 0-based
+  int neighbours;               ///< without the point itself
+  double reciprocal_condition;  ///< of the moment system, 1-norm; 0 if singular
+};
+
+}  // namespace gradpsi

@@ -1,0 +1,10 @@
+#pragma once
+
+// Everything: cloud -> neighbours -> assemble -> multiply or write.
+#include "gradpsi/assemble.hpp"
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/error.hpp"
+#include "gradpsi/io.hpp"
+#include "gradpsi/kernel.hpp"
+#include "gradpsi/neighbours.hpp"
+#include "gradpsi/scheme.hpp"

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/kernel.hpp"
+
+namespace gradpsi {
+
+/// Who is within whose support: compressed rows, ascending in each row, the point itself absent.
+/// Built once, shared by every scheme.
+struct Neighbours {
+  Eigen::VectorXi offsets;   ///< n + 1; row i is indices[offsets[i]] .. indices[offsets[i + 1] - 1]
+  Eigen::VectorXi indices;   ///< 0-based points
+  Eigen::VectorXd supports;  ///< h: one for all points, or n, one per row
+
+  int size() const { return static_cast<int>(offsets.size()) - 1; }
+  int count(int i) const { return offsets[i + 1] - offsets[i]; }
+  double support(int i) const { return supports[supports.size() == 1 ? 0 : i]; }
+  std::span<const int> of(int i) const {
+    return {indices.data() + offsets[i], static_cast<std::size_t>(count(i))};
+  }
+};
+
+/// All j != i with |x_j - x_i| < h, the shortest image counting in periodic directions.
+///
+/// @param support  h > 0 (a length), in periodic directions at most half the box
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if h is out of range; if points coincide (names the first pair and the
+///   count); if most points have no neighbour (gives the median nearest distance); if there would
+///   be more entries than an int can count (gives the bytes it would take)
+Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
+
+/// The same with one support per row: j is a neighbour of i if |x_j - x_i| < supports[i].
+/// @param supports  n lengths > 0
+Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
+
+/// Distance from each point to the nearest other one (n lengths; infinity for a lone point).
+Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads = 0);
+
+/// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support.
+Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
+                                       const Kernel& kernel = kernels().front(), int threads = 0);
+
+}  // namespace gradpsi

@@ -1,0 +1,417 @@
+#include "gradpsi/io.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "gradpsi/error.hpp"
+#include "text.hpp"
+
+namespace gradpsi {
+namespace {
+
+using std::filesystem::path;
+
+constexpr std::size_t block = 1 << 20;  // bytes; also the longest line accepted
+
+[[noreturn]] void throw_system(const std::string& what, const path& file) {
+  throw std::system_error(errno, std::generic_category(), what + " " + file.string());
+}
+
+/// A file descriptor that closes itself.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  int get() const { return fd_; }
+  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
+
+ private:
+  int fd_;
+};
+
+/// Writes beside `file` and takes its place on commit(); without it, nothing remains. What is not
+/// a regular file (a pipe, /dev/stdout) is written directly.
+class Output {
+ public:
+  explicit Output(path file) : file_(std::move(file)), temporary_(temporary(file_)), fd_(open()) {}
+  ~Output() {
+    if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  }
+  Output(Output&& other) noexcept
+      : file_(std::move(other.file_)),
+        temporary_(std::exchange(other.temporary_, {})),
+        fd_(std::move(other.fd_)),
+        buffer_(std::move(other.buffer_)) {}
+
+  Output& operator<<(std::string_view text) {
+    if (buffer_.size() + text.size() > block) flush();
+    buffer_ += text;
+    return *this;
+  }
+  Output& operator<<(double x) { return number(x); }
+  Output& operator<<(int x) { return number(x); }
+
+  /// Everything is with the system afterwards, so that commit() can hardly fail.
+  void finish() {
+    flush();
+    if (!fd_.close()) throw_system("cannot write", file_);
+  }
+  void commit() {
+    if (temporary_.empty()) return;
+    if (::rename(temporary_.c_str(), file_.c_str()) != 0) throw_system("cannot write", file_);
+    temporary_.clear();
+  }
+
+ private:
+  static path temporary(const path& file) {
+    std::error_code ignored;
+    const auto status = std::filesystem::status(file, ignored);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return {};
+    path name = file;
+    name += ".part" + std::to_string(::getpid());
+    return name;
+  }
+  Descriptor open() const {
+    const path& name = temporary_.empty() ? file_ : temporary_;
+    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (fd < 0) throw_system("cannot write", file_);
+    return Descriptor(fd);
+  }
+  void flush() {
+    std::string_view rest = buffer_;
+    while (!rest.empty()) {
+      const auto written = ::write(fd_.get(), rest.data(), rest.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) throw_system("cannot write", file_);
+      rest.remove_prefix(static_cast<std::size_t>(written));
+    }
+    buffer_.clear();
+  }
+  template <class Number>
+  Output& number(Number x) {
+    char digits[32];
+    return *this << std::string_view(digits, std::to_chars(digits, digits + sizeof digits, x).ptr);
+  }
+
+  path file_;
+  path temporary_;
+  Descriptor fd_;
+  std::string buffer_;
+};
+
+/// Calls write(output) on a new file, which then replaces the old one.
+template <class Write>
+void write_file(const path& file, const Write& write) {
+  Output out(file);
+  write(out);
+  out.finish();
+  out.commit();
+}
+
+/// The lines of a file, without their ends, whatever its size.
+class Lines {
+ public:
+  explicit Lines(const path& file) : file_(file), fd_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+    if (fd_.get() < 0) throw_system("cannot read", file_);
+    buffer_.resize(block);
+  }
+
+  /// The next line in `line`, valid until the next call; false at the end of the file.
+  bool next(std::string_view& line) {
+    std::size_t searched = begin_;
+    for (;;) {
+      const auto* newline =
+          static_cast<const char*>(std::memchr(buffer_.data() + searched, '\n', end_ - searched));
+      if (newline || (at_end_ && begin_ < end_)) {
+        const std::size_t stop = newline ? newline - buffer_.data() : end_;
+        line = std::string_view(buffer_).substr(begin_, stop - begin_);
+        begin_ = std::min(stop + 1, end_);
+        ++number_;
+        if (line.ends_with('\r')) line.remove_suffix(1);
+        return true;
+      }
+      if (at_end_) return false;
+      searched = refill();
+    }
+  }
+
+  /// "file:line: ", for messages about the line last returned.
+  std::string place() const { return file_.string() + ":" + std::to_string(number_) + ": "; }
+
+ private:
+  /// Moves the unfinished line to the front and reads on; returns where the new bytes begin.
+  std::size_t refill() {
+    std::copy(buffer_.begin() + begin_, buffer_.begin() + end_, buffer_.begin());
+    end_ -= std::exchange(begin_, 0);
+    if (end_ == block)
+      throw InvalidInput(file_.string() + ":" + std::to_string(number_ + 1) +
+                         ": the line is longer than " + std::to_string(block) + " bytes");
+    ssize_t got;
+    do got = ::read(fd_.get(), buffer_.data() + end_, block - end_);
+    while (got < 0 && errno == EINTR);
+    if (got < 0) throw_system("cannot read", file_);
+    at_end_ = got == 0;
+    end_ += static_cast<std::size_t>(got);
+    return end_ - static_cast<std::size_t>(got);
+  }
+
+  path file_;
+  Descriptor fd_;
+  std::string buffer_;
+  std::size_t begin_ = 0, end_ = 0;  // of what has been read and not returned
+  bool at_end_ = false;
+  std::int64_t number_ = 0;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// Calls visit(cell) for each cell of a line.
+template <class Visit>
+void for_each_cell(std::string_view line, const Visit& visit) {
+  for (;;) {
+    const auto comma = line.find(',');
+    visit(trimmed(line.substr(0, comma)));
+    if (comma == line.npos) return;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::vector<std::string> header(std::string_view line, const std::string& place) {
+  if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+  std::vector<std::string> names;
+  for_each_cell(line, [&](std::string_view cell) {
+    if (cell.size() >= 2 && cell.starts_with('"') && cell.ends_with('"'))
+      cell = cell.substr(1, cell.size() - 2);
+    if (cell.empty()) throw InvalidInput(place + "a column has no name");
+    if (std::ranges::find(names, cell) != names.end())
+      throw InvalidInput(place + "two columns are named '" + std::string(cell) + "'");
+    names.emplace_back(cell);
+  });
+  return names;
+}
+
+/// At most so much of a cell in a message that it stays readable.
+std::string excerpt(std::string_view text) {
+  return std::string(text.substr(0, 40)) + (text.size() > 40 ? "..." : "");
+}
+
+void parse_row(std::string_view line, const std::vector<std::string>& names,
+               const std::string& place, std::vector<double>& values) {
+  std::size_t columns = 0;
+  for_each_cell(line, [&](std::string_view cell) {
+    if (columns++ >= names.size()) return;
+    if (cell.starts_with('+')) cell.remove_prefix(1);
+    double x;
+    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x);
+    if (error == std::errc::result_out_of_range)
+      throw InvalidInput(place + "column '" + names[columns - 1] + "': " + excerpt(cell) +
+                         " is beyond the range of a double");
+    if (error != std::errc() || end != cell.data() + cell.size())
+      throw InvalidInput(place + "column '" + names[columns - 1] + "': '" + excerpt(cell) +
+                         "' is not a number");
+    values.push_back(x);
+  });
+  if (columns != names.size())
+    throw InvalidInput(place + std::to_string(columns) + " columns where the header has " +
+                       std::to_string(names.size()));
+}
+
+/// Bytes in base 64 (RFC 4648), three at a time.
+std::string base64(std::span<const std::byte> bytes) {
+  static constexpr char digits[] =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t triple = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      triple = triple << 8 | (k < count ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += k <= count ? digits[triple >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+/// A VTK data array: its size in bytes, then the bytes.
+template <class T>
+void write_array(Output& out, std::string_view attributes, const std::vector<T>& values) {
+  const std::uint64_t size = values.size() * sizeof(T);
+  out << "<DataArray " << attributes << " format=\"binary\">"
+      << base64(std::as_bytes(std::span(&size, 1))) << base64(std::as_bytes(std::span(values)))
+      << "</DataArray>\n";
+}
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '&')
+      result += "&amp;";
+    else if (c == '<')
+      result += "&lt;";
+    else if (c == '"')
+      result += "&quot;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+constexpr std::array<std::string_view, 3> axis_names = {"x", "y", "z"};
+
+void write_entries(Output& out, const SparseMatrix& matrix) {
+  out << "%%MatrixMarket matrix coordinate real general\n"
+      << static_cast<int>(matrix.rows()) << " " << static_cast<int>(matrix.cols()) << " "
+      << static_cast<int>(matrix.nonZeros()) << "\n";
+  for (int i = 0; i < matrix.rows(); ++i)
+    for (SparseMatrix::InnerIterator entry(matrix, i); entry; ++entry)
+      out << i + 1 << " " << static_cast<int>(entry.col()) + 1 << " " << entry.value() << "\n";
+}
+
+}  // namespace
+
+bool Table::has(std::string_view name) const {
+  return std::ranges::find(names, name) != names.end();
+}
+
+Eigen::VectorXd Table::column(std::string_view name) const {
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end()) throw_unknown("column", name, names);
+  return values.col(found - names.begin());
+}
+
+void Table::add(const std::string& name, const Eigen::VectorXd& column) {
+  if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
+  if (column.size() != values.rows())
+    throw InvalidInput("column '" + name + "' has " + std::to_string(column.size()) +
+                       " entries, the table has " + std::to_string(values.rows()) + " rows");
+  names.push_back(name);
+  values.conservativeResize(Eigen::NoChange, values.cols() + 1);
+  values.rightCols<1>() = column;
+}
+
+Table Table::select(const std::vector<int>& rows) const {
+  return {names, values(rows, Eigen::all)};
+}
+
+Table read_csv(const path& file) {
+  Lines lines(file);
+  std::string_view line;
+  if (!lines.next(line) || trimmed(line).empty())
+    throw InvalidInput(file.string() + ":1: expected a header row such as x,y,volume");
+  Table table;
+  table.names = header(line, lines.place());
+
+  std::vector<double> values;  // row by row
+  std::string blank;           // where an empty line stands, allowed only at the end
+  while (lines.next(line)) {
+    if (trimmed(line).empty()) {
+      if (blank.empty()) blank = lines.place();
+      continue;
+    }
+    if (!blank.empty()) throw InvalidInput(blank + "the line is empty");
+    parse_row(line, table.names, lines.place(), values);
+  }
+  const auto columns = static_cast<Eigen::Index>(table.names.size());
+  table.values = Eigen::Map<const Positions>(
+      values.data(), static_cast<Eigen::Index>(values.size()) / columns, columns);
+  return table;
+}
+
+Cloud make_cloud(const Table& table, CloudOptions options) {
+  const auto dimension = std::ranges::count_if(axis_names, [&](auto a) { return table.has(a); });
+  Positions x(table.values.rows(), std::max<std::ptrdiff_t>(dimension, 1));
+  // With k coordinates these are the first k, so that a z without y is an unknown column y.
+  for (Eigen::Index a = 0; a < x.cols(); ++a) x.col(a) = table.column(axis_names[a]);
+  if (table.has("volume")) options.volumes = table.column("volume");
+  return Cloud(std::move(x), std::move(options));
+}
+
+Cloud read_cloud(const path& file) { return make_cloud(read_csv(file)); }
+
+void write_text(const path& file, std::string_view text) {
+  write_file(file, [&](Output& out) { out << text; });
+}
+
+void write_csv(const path& file, const Table& table) {
+  write_file(file, [&](Output& out) {
+    const auto separator = [&](Eigen::Index c) { return c + 1 < table.values.cols() ? "," : "\n"; };
+    for (Eigen::Index c = 0; c < table.values.cols(); ++c) out << table.names[c] << separator(c);
+    for (Eigen::Index i = 0; i < table.values.rows(); ++i)
+      for (Eigen::Index c = 0; c < table.values.cols(); ++c)
+        out << table.values(i, c) << separator(c);
+  });
+}
+
+void write_vtu(const path& file, const Table& table) {
+  const auto n = static_cast<std::size_t>(table.values.rows());
+  std::vector<double> points(3 * n, 0.0);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (a > 0 && !table.has(axis_names[a])) continue;
+    const Eigen::VectorXd x = table.column(axis_names[a]);
+    for (std::size_t i = 0; i < n; ++i) points[3 * i + a] = x[i];
+  }
+  std::vector<std::int32_t> vertices(n), ends(n);
+  for (std::size_t i = 0; i < n; ++i) vertices[i] = i, ends[i] = i + 1;
+  const std::vector<std::uint8_t> types(n, 1);  // VTK_VERTEX
+
+  write_file(file, [&](Output& out) {
+    const auto count = std::to_string(n);
+    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\""
+        << " byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n"
+        << "<Piece NumberOfPoints=\"" << count << "\" NumberOfCells=\"" << count << "\">\n"
+        << "<PointData>\n";
+    for (std::size_t c = 0; c < table.names.size(); ++c) {
+      if (std::ranges::find(axis_names, table.names[c]) != axis_names.end()) continue;
+      const auto column = table.values.col(static_cast<Eigen::Index>(c));
+      write_array(out, "type=\"Float64\" Name=\"" + escaped(table.names[c]) + "\"",
+                  std::vector<double>(column.begin(), column.end()));
+    }
+    out << "</PointData>\n<Points>\n";
+    write_array(out, "type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"", points);
+    out << "</Points>\n<Cells>\n";
+    write_array(out, "type=\"Int32\" Name=\"connectivity\"", vertices);
+    write_array(out, "type=\"Int32\" Name=\"offsets\"", ends);
+    write_array(out, "type=\"UInt8\" Name=\"types\"", types);
+    out << "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  });
+}
+
+void write_matrix_market(const path& file, const SparseMatrix& matrix) {
+  write_file(file, [&](Output& out) { write_entries(out, matrix); });
+}
+
+void write_matrix_market(const std::vector<path>& files,
+                         const std::vector<SparseMatrix>& matrices) {
+  if (files.size() != matrices.size())
+    throw InvalidInput(std::to_string(files.size()) + " files for " +
+                       std::to_string(matrices.size()) + " matrices");
+  std::vector<Output> outputs;
+  for (std::size_t k = 0; k < files.size(); ++k) {
+    outputs.emplace_back(files[k]);
+    write_entries(outputs.back(), matrices[k]);
+    outputs.back().finish();
+  }
+  for (Output& out : outputs) out.commit();
+}
+
+}  // namespace gradpsi

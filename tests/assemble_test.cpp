@@ -1,0 +1,281 @@
+#include <cmath>
+#include <limits>
+
+#include "clouds.hpp"
+#include "oracle.hpp"
+
+namespace gradpsi {
+namespace {
+
+using testing::Each;
+using testing::HasSubstr;
+
+class AllSchemes : public testing::TestWithParam<SchemeAndDimension> {
+ protected:
+  const Scheme& scheme() const { return std::get<0>(GetParam()); }
+  int dimension() const { return std::get<1>(GetParam()); }
+  int points_per_side() const { return dimension() == 1 ? 40 : dimension() == 2 ? 11 : 6; }
+};
+
+TEST_P(AllSchemes, AgreesWithTheLiteralFormula) {
+  for (const Kernel& k : kernels()) {
+    const Cloud cloud = irregular_cloud(dimension(), points_per_side(), 7);
+    const double h = rich_support(cloud);
+    const Operator op = assemble(scheme(), cloud, find_neighbours(cloud, h), {.kernel = k});
+    for (int i = 0; i < cloud.size(); i += 7) {
+      const Eigen::MatrixXd expected = oracle_row(scheme(), cloud, h, i, k);
+      ASSERT_EQ(expected.rows(), static_cast<Eigen::Index>(op.axes.size()));
+      // Rounding grows with the condition of the row's moment system.
+      const double tolerance =
+          1e-14 / op.rows.reciprocal_condition[i] * expected.cwiseAbs().maxCoeff();
+      for (Eigen::Index a = 0; a < expected.rows(); ++a)
+        EXPECT_LT((expected.row(a) - Eigen::RowVectorXd(op.axes[a].row(i))).cwiseAbs().maxCoeff(),
+                  tolerance)
+            << k.name << " point " << i << " axis " << a;
+    }
+  }
+}
+
+TEST_P(AllSchemes, StoresSortedCompressedRowsWithTheDiagonal) {
+  const Cloud cloud = irregular_cloud(dimension(), points_per_side());
+  const Neighbours near = find_neighbours(cloud, rich_support(cloud));
+  const Operator op = assemble(scheme(), cloud, near);
+  EXPECT_EQ(op.axes.size(), scheme().derivative == Derivative::Gradient ? dimension() : 1u);
+  for (const SparseMatrix& matrix : op.axes) {
+    EXPECT_TRUE(matrix.isCompressed());
+    EXPECT_EQ(matrix.nonZeros(), near.indices.size() + cloud.size());
+    for (int i = 0; i < matrix.rows(); ++i) {
+      bool diagonal = false;
+      int last = -1;
+      for (SparseMatrix::InnerIterator entry(matrix, i); entry; ++entry) {
+        EXPECT_GT(entry.col(), last);
+        last = static_cast<int>(entry.col());
+        diagonal |= last == i;
+      }
+      EXPECT_TRUE(diagonal);
+      EXPECT_EQ(op.rows.neighbours[i], near.count(i));
+    }
+  }
+  EXPECT_THAT(op.rows.outcome, Each(RowOutcome::AsAsked));
+  EXPECT_EQ(op.rows.degenerate(), 0);
+}
+
+TEST_P(AllSchemes, ASubsetOfRowsEqualsRowsOfTheWhole) {
+  const Cloud cloud = irregular_cloud(dimension(), points_per_side());
+  const Neighbours near = find_neighbours(cloud, rich_support(cloud));
+  const Operator whole = assemble(scheme(), cloud, near);
+  const std::vector<int> rows = {17, 3, 3, 30, 0};
+  const Operator part = assemble(scheme(), cloud, near, {.rows = rows});
+  for (std::size_t a = 0; a < whole.axes.size(); ++a) {
+    ASSERT_EQ(part.axes[a].rows(), 5);
+    ASSERT_EQ(part.axes[a].cols(), cloud.size());
+    for (int k = 0; k < 5; ++k)
+      EXPECT_EQ(Eigen::RowVectorXd(part.axes[a].row(k)),
+                Eigen::RowVectorXd(whole.axes[a].row(rows[k])));
+  }
+  for (int k = 0; k < 5; ++k)
+    EXPECT_EQ(part.rows.reciprocal_condition[k], whole.rows.reciprocal_condition[rows[k]]);
+}
+
+TEST_P(AllSchemes, IsTheSameToTheBitWithAnyNumberOfThreads) {
+  const Cloud cloud =
+      irregular_cloud(dimension(), dimension() == 3 ? 13 : 2000 / (dimension() * 20));
+  const Neighbours near = find_neighbours(cloud, rich_support(cloud));
+  const Operator one = assemble(scheme(), cloud, near, {.threads = 1});
+  for (const int threads : {2, 3}) {
+    const Operator many = assemble(scheme(), cloud, near, {.threads = threads});
+    for (std::size_t a = 0; a < one.axes.size(); ++a)
+      EXPECT_TRUE(std::equal(one.axes[a].valuePtr(),
+                             one.axes[a].valuePtr() + one.axes[a].nonZeros(),
+                             many.axes[a].valuePtr()));
+  }
+}
+
+TEST_P(AllSchemes, NoPointsGiveAnEmptyMatrix) {
+  const Cloud none(Positions(0, dimension()));
+  const Operator op = assemble(scheme(), none, find_neighbours(none, 1.0));
+  EXPECT_EQ(op.matrix().rows(), 0);
+  EXPECT_EQ(op.matrix().cols(), 0);
+}
+
+TEST_P(AllSchemes, APointWithoutNeighboursIsHandledByPolicy) {
+  Positions x = irregular_cloud(dimension(), points_per_side()).positions();
+  x.row(5).setConstant(40);
+  const Cloud cloud(x);
+  const Neighbours near = find_neighbours(cloud, 3.4 / points_per_side());
+  try {
+    assemble(scheme(), cloud, near);
+    FAIL() << "expected StencilError";
+  } catch (const StencilError& error) {
+    EXPECT_EQ(error.point, 5);
+    EXPECT_EQ(error.neighbours, 0);
+    EXPECT_THAT(error.what(), HasSubstr("at point 5: it has no neighbour"));
+  }
+  for (const auto policy : {OnDegenerate::Lower, OnDegenerate::Zero}) {
+    const Operator op = assemble(scheme(), cloud, near, {.on_degenerate = policy});
+    EXPECT_EQ(op.rows.degenerate(), 1);
+    EXPECT_EQ(op.rows.outcome[5], RowOutcome::Zero);
+    for (const auto& matrix : op.axes) {
+      EXPECT_EQ(matrix.row(5).nonZeros(), 1);
+      EXPECT_EQ(matrix.coeff(5, 5), 0);
+      EXPECT_TRUE(matrix.coeffs().isFinite().all());
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Assemble, AllSchemes, all_schemes_and_dimensions(), case_name);
+
+Cloud points(int dimension, std::initializer_list<double> coordinates) {
+  Positions x(static_cast<Eigen::Index>(coordinates.size()) / dimension, dimension);
+  std::copy(coordinates.begin(), coordinates.end(), x.data());
+  return Cloud(x, {.volumes = Eigen::VectorXd::Ones(x.rows())});
+}
+
+TEST(Fault02, OnePointIsADegenerateRow) {
+  const Cloud one = points(2, {0.5, 0.5});
+  const Neighbours near = find_neighbours(one, 1.0);
+  for (const Scheme& scheme : schemes()) {
+    EXPECT_THROW(assemble(scheme, one, near), StencilError);
+    const Operator op = assemble(scheme, one, near, {.on_degenerate = OnDegenerate::Zero});
+    EXPECT_EQ(op.matrix().coeff(0, 0), 0);
+  }
+}
+
+/// Thirty points on a slanted line, with rounding, in d dimensions.
+Cloud collinear(int dimension) {
+  Positions x(30, dimension);
+  for (int i = 0; i < 30; ++i)
+    for (int a = 0; a < dimension; ++a) x(i, a) = 0.1 * a + (0.3 + 0.17 * a) * i / 30;
+  return Cloud(x);
+}
+
+TEST(Fault07, CollinearPointsHaveSingularSystems) {
+  for (const int d : {2, 3}) {
+    const Cloud cloud = collinear(d);
+    const Neighbours near = find_neighbours(cloud, 0.3);
+    for (const Scheme& scheme : schemes()) {
+      if (scheme.consistency == Consistency::Zoc) {
+        EXPECT_NO_THROW(assemble(scheme, cloud, near));
+        continue;
+      }
+      EXPECT_THAT(message_of<StencilError>([&] { assemble(scheme, cloud, near); }),
+                  HasSubstr("30 of 30 rows are degenerate"))
+          << name(scheme);
+      const Operator lowered =
+          assemble(scheme, cloud, near, {.on_degenerate = OnDegenerate::Lower});
+      EXPECT_THAT(lowered.rows.outcome, Each(RowOutcome::LoweredToZoc)) << name(scheme);
+      const Operator zero = assemble(scheme, cloud, near, {.on_degenerate = OnDegenerate::Zero});
+      EXPECT_THAT(zero.rows.outcome, Each(RowOutcome::Zero));
+      EXPECT_EQ(zero.matrix().norm(), 0);
+    }
+  }
+}
+
+TEST(Fault07, CoplanarPointsInThreeDimensionsHaveSingularSystems) {
+  Positions x(64, 3);
+  x.leftCols<2>() = irregular_cloud(2, 8).positions();
+  x.col(2) = 0.3 * x.col(0) - 0.7 * x.col(1);
+  const Cloud cloud(x);
+  const Neighbours near = find_neighbours(cloud, 0.5);
+  for (const char* scheme : {"gradient-direct-foc", "gradient-diffuse-soc", "laplacian-mixed-soc"})
+    EXPECT_THAT(message_of<StencilError>([&] { assemble(scheme, cloud, near); }),
+                HasSubstr("64 of 64 rows are degenerate"));
+}
+
+// All points on a circle: first-order terms are determined, second-order ones are not.
+TEST(Fault07, PointsOnACircleAreLoweredToFirstOrder) {
+  Positions x(13, 2);
+  for (int k = 0; k < 13; ++k)
+    x.row(k) << 0.3 + 0.4 * std::cos(0.1 + 0.48 * k), 0.4 * std::sin(0.1 + 0.48 * k);
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Ones(13)});
+  const Neighbours near = find_neighbours(cloud, 0.9);
+  const AssemblyOptions lower{.on_degenerate = OnDegenerate::Lower};
+  const Operator asked = assemble("gradient-direct-soc", cloud, near, lower);
+  EXPECT_THAT(asked.rows.outcome, Each(RowOutcome::LoweredToFoc));
+  EXPECT_LT(asked.rows.reciprocal_condition.maxCoeff(), singular_below);
+  const Operator foc = assemble("gradient-direct-foc", cloud, near, lower);
+  for (int a = 0; a < 2; ++a) EXPECT_EQ(SparseMatrix(asked.axes[a] - foc.axes[a]).norm(), 0);
+}
+
+TEST(Fault17, FewerNeighboursThanUnknownsNamesThePointAndItsNeighbours) {
+  // Point 0 has four neighbours; a second-order row has five unknowns.
+  const Cloud cross = points(2, {0, 0, 1, 0, -1, 0.1, 0, 1, 0.2, -1});
+  const Neighbours near = find_neighbours(cross, 1.2);
+  try {
+    assemble("laplacian-mixed-soc", cross, near);
+    FAIL() << "expected StencilError";
+  } catch (const StencilError& error) {
+    EXPECT_EQ(error.point, 0);
+    EXPECT_EQ(error.neighbours, 4);
+    EXPECT_EQ(error.reciprocal_condition, 0);
+    EXPECT_STREQ(error.what(),
+                 "laplacian-mixed-soc cannot be computed at point 0: its moment system is singular "
+                 "(4 neighbours, reciprocal condition number 0); 5 of 5 rows are degenerate");
+  }
+}
+
+TEST(Fault18, AWeightThatIsNotFiniteIsNeverStored) {
+  // Volumes and support of ordinary size for their unit, but 1/h^2 is beyond a double.
+  Positions x = irregular_cloud(2, 8).positions() * 1e-170;
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Constant(64, 1e-300)});
+  const Neighbours near = find_neighbours(cloud, 0.4e-170);
+  EXPECT_THAT(message_of<StencilError>([&] { assemble("laplacian-mixed-soc", cloud, near); }),
+              HasSubstr("its weights are not finite"));
+  const Operator zero =
+      assemble("laplacian-mixed-soc", cloud, near, {.on_degenerate = OnDegenerate::Lower});
+  EXPECT_TRUE(zero.matrix().coeffs().isFinite().all());
+}
+
+TEST(Assemble, SizesAndRowsAreChecked) {
+  const Cloud cloud = irregular_cloud(2, 6);
+  const Neighbours near = find_neighbours(irregular_cloud(2, 5), 0.6);
+  EXPECT_THAT(message_of<InvalidInput>([&] { assemble("gradient-direct-foc", cloud, near); }),
+              HasSubstr("25 points, the cloud has 36"));
+  const Neighbours own = find_neighbours(cloud, 0.6);
+  for (const int bad : {-1, 36})
+    EXPECT_THROW(assemble("gradient-direct-foc", cloud, own, {.rows = std::vector<int>{0, bad}}),
+                 InvalidInput);
+  EXPECT_THROW(assemble("gradient-direct-foc", cloud, own, {.threads = -2}), InvalidInput);
+}
+
+TEST(Assemble, WithoutVolumesTheNumberDensityIsUsed) {
+  const Positions x = irregular_cloud(2, 9).positions();
+  const Cloud bare(x);
+  const Neighbours near = find_neighbours(bare, 0.3);
+  const Cloud dense(x, {.volumes = number_density_volumes(bare, near)});
+  EXPECT_EQ(SparseMatrix(assemble("laplacian-mixed-zoc", bare, near).matrix() -
+                         assemble("laplacian-mixed-zoc", dense, near).matrix())
+                .norm(),
+            0);
+}
+
+TEST(Assemble, AKernelOfOnesOwnIsARow) {
+  // (1-q)^3 in two dimensions: 2 pi s times the integral of q (1-q)^3, 1/20, is one.
+  const Kernel cone{"cone",
+                    "(1-q)^3",
+                    [](double q) {
+                      const double t = 1 - q;
+                      return Profile{t * t * t, q > 0 ? -3 * t * t / q : 0, 6 * t};
+                    },
+                    {2, 10 / 3.14159265358979, 1}};
+  const Cloud cloud = irregular_cloud(2, 9);
+  const Neighbours near = find_neighbours(cloud, 0.35);
+  const Operator op = assemble("gradient-diffuse-foc", cloud, near, {.kernel = cone});
+  const Eigen::VectorXd u = cloud.positions() * Eigen::Vector2d(2, -3);
+  EXPECT_LT((op.axes[0] * u - Eigen::VectorXd::Constant(81, 2)).norm(), 1e-11);
+  EXPECT_LT((op.axes[1] * u - Eigen::VectorXd::Constant(81, -3)).norm(), 1e-11);
+}
+
+TEST(Assemble, OneSupportPerRowEqualsThatRowWithItsSupportForAll) {
+  const Cloud cloud = irregular_cloud(2, 10);
+  const Eigen::VectorXd supports = Eigen::VectorXd::LinSpaced(100, 0.31, 0.45);
+  const Operator op = assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, supports));
+  for (const int i : {0, 41, 99}) {
+    const Operator single =
+        assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, supports[i]));
+    EXPECT_EQ(Eigen::RowVectorXd(op.matrix().row(i)), Eigen::RowVectorXd(single.matrix().row(i)));
+  }
+}
+
+}  // namespace
+}  // namespace gradpsi

@@ -1,0 +1,151 @@
+// The conditions that the paper's tables promise, on irregular clouds with unequal volumes.
+
+#include <cmath>
+#include <numbers>
+
+#include "clouds.hpp"
+
+namespace gradpsi {
+namespace {
+
+class Consistent : public testing::TestWithParam<SchemeAndDimension> {
+ protected:
+  void SetUp() override {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      const int d = std::get<1>(GetParam());
+      Cloud cloud = irregular_cloud(d, d == 1 ? 50 : d == 2 ? 12 : 6, seed);
+      Operator op = assemble(scheme(), cloud, find_neighbours(cloud, rich_support(cloud)));
+      samples_.push_back({std::move(cloud), std::move(op)});
+    }
+  }
+  const Scheme& scheme() const { return std::get<0>(GetParam()); }
+
+  struct Sample {
+    Cloud cloud;
+    Operator op;
+
+    /// Rounding of row i: its largest entry times the size of u nearby (1), times the condition.
+    double tolerance(std::size_t axis, int i) const {
+      return 1e-14 * Eigen::RowVectorXd(op.axes[axis].row(i)).cwiseAbs().sum() /
+             op.rows.reciprocal_condition[i];
+    }
+    /// Expects sum_j a_ij f(x_j - x_i) = expected in every row.
+    template <class F>
+    void expect_moment(std::size_t axis, const F& f, double expected) const {
+      for (int i = 0; i < cloud.size(); ++i) {
+        double sum = 0;
+        for (SparseMatrix::InnerIterator entry(op.axes[axis], i); entry; ++entry)
+          sum += entry.value() *
+                 f(Eigen::VectorXd(cloud.positions().row(entry.col()) - cloud.positions().row(i)));
+        EXPECT_NEAR(sum, expected, tolerance(axis, i)) << "row " << i;
+      }
+    }
+  };
+  std::vector<Sample> samples_;
+};
+
+TEST_P(Consistent, RowsSumToZero) {
+  for (const auto& sample : samples_)
+    for (const SparseMatrix& matrix : sample.op.axes)
+      for (int i = 0; i < matrix.rows(); ++i) {
+        const Eigen::RowVectorXd row = matrix.row(i);
+        EXPECT_NEAR(row.sum(), 0, 1e-14 * row.cwiseAbs().sum());
+      }
+}
+
+class FirstOrder : public Consistent {};
+TEST_P(FirstOrder, MeetsItsLinearConditions) {
+  const bool gradient = scheme().derivative == Derivative::Gradient;
+  for (const auto& sample : samples_)
+    for (std::size_t axis = 0; axis < sample.op.axes.size(); ++axis)
+      for (int a = 0; a < sample.cloud.dimension(); ++a)
+        sample.expect_moment(
+            axis, [a](const auto& r) { return r[a]; },
+            gradient && a == static_cast<int>(axis) ? 1 : 0);  // [4]; [9]
+}
+
+class SecondOrder : public Consistent {};
+TEST_P(SecondOrder, MeetsItsQuadraticConditions) {
+  const bool gradient = scheme().derivative == Derivative::Gradient;
+  for (const auto& sample : samples_)
+    for (std::size_t axis = 0; axis < sample.op.axes.size(); ++axis)
+      for (int a = 0; a < sample.cloud.dimension(); ++a)
+        for (int b = a; b < sample.cloud.dimension(); ++b)
+          sample.expect_moment(
+              axis, [=](const auto& r) { return r[a] * r[b]; },
+              !gradient && a == b ? 2 : 0);  // [5]; [10]
+}
+
+TEST_P(Consistent, IsSymmetricAfterScalingByVolumeIfItsTableSaysSo) {
+  for (const auto& sample : samples_)
+    for (const SparseMatrix& matrix : sample.op.axes) {
+      Eigen::MatrixXd scaled = sample.cloud.volumes().asDiagonal() * Eigen::MatrixXd(matrix);
+      scaled.diagonal().setZero();
+      const double symmetric = (scaled - scaled.transpose()).norm() / scaled.norm();
+      const double antisymmetric = (scaled + scaled.transpose()).norm() / scaled.norm();
+      EXPECT_EQ(symmetric < 1e-14, symmetry(scheme()) == Symmetry::Symmetric);
+      EXPECT_EQ(antisymmetric < 1e-14, symmetry(scheme()) == Symmetry::Antisymmetric);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Consistency, Consistent, all_schemes_and_dimensions(), case_name);
+INSTANTIATE_TEST_SUITE_P(Consistency, FirstOrder,
+                         testing::Combine(testing::ValuesIn(schemes_from(Consistency::Foc)),
+                                          testing::Values(1, 2, 3)),
+                         case_name);
+INSTANTIATE_TEST_SUITE_P(Consistency, SecondOrder,
+                         testing::Combine(testing::ValuesIn(schemes_from(Consistency::Soc)),
+                                          testing::Values(1, 2, 3)),
+                         case_name);
+
+/// L2 error of the Laplacian of the product of cos(2 pi x_a) on a periodic lattice.
+double periodic_error(const Scheme& scheme, int dimension, int points_per_side, double ratio) {
+  const double two_pi = 2 * std::numbers::pi;
+  const Cloud cloud = make_cloud(
+      Lattice{.dimension = dimension, .points_per_side = points_per_side, .periodic = true});
+  const Operator op = assemble(scheme, cloud, find_neighbours(cloud, ratio * cloud.spacing()));
+  const Eigen::VectorXd u = (two_pi * cloud.positions().array()).cos().rowwise().prod();
+  const Eigen::VectorXd error = op.matrix() * u + dimension * two_pi * two_pi * u;
+  return std::sqrt(error.squaredNorm() / cloud.size());
+}
+
+TEST(PeriodicLattice, EveryRowHasTheSameEntries) {
+  const Cloud cloud = make_cloud(Lattice{.dimension = 2, .points_per_side = 9, .periodic = true});
+  const Operator op = assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, 2.6 / 9));
+  for (int i = 1; i < cloud.size(); ++i) {
+    EXPECT_EQ(op.rows.neighbours[i], op.rows.neighbours[0]);
+    EXPECT_NEAR(op.matrix().coeff(i, i), op.matrix().coeff(0, 0), 1e-10);
+  }
+}
+
+// On a lattice the uncorrected mixed Laplacian approximates a multiple of the Laplacian, with a
+// factor that nears 1 as the support holds more points; at a fixed ratio its error levels off
+// there.
+TEST(PeriodicLattice, UncorrectedMixedLaplacianConvergesInTheLatticesLimit) {
+  for (const int d : {1, 2}) {
+    const Scheme mixed("laplacian-mixed-zoc");
+    const double scale = d * 4 * std::numbers::pi * std::numbers::pi;
+    // Fixed ratio: two refinements leave the relative error at the lattice's own.
+    EXPECT_NEAR(periodic_error(mixed, d, 64, 2.5) / periodic_error(mixed, d, 128, 2.5), 1, 0.1);
+    // Support shrinking more slowly than the spacing: it goes on falling.
+    const double coarse = periodic_error(mixed, d, 32, 3.3) / scale;
+    const double middle = periodic_error(mixed, d, 64, 4.4) / scale;
+    const double fine = periodic_error(mixed, d, 128, 5.7) / scale;
+    EXPECT_LT(middle, 0.6 * coarse);
+    EXPECT_LT(fine, 0.6 * middle);
+  }
+}
+
+TEST(PeriodicLattice, SecondOrderLaplaciansConvergeWithOrderTwo) {
+  for (const Scheme& scheme : schemes()) {
+    if (scheme.derivative != Derivative::Laplacian || scheme.consistency != Consistency::Soc)
+      continue;
+    for (const int d : {1, 2}) {
+      const double ratio = periodic_error(scheme, d, 24, 2.5) / periodic_error(scheme, d, 48, 2.5);
+      EXPECT_NEAR(std::log2(ratio), 2, 0.05) << name(scheme);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace gradpsi

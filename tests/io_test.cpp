@@ -1,0 +1,237 @@
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <locale>
+#include <sstream>
+#include <system_error>
+
+#include "clouds.hpp"
+
+namespace gradpsi {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  Files() {
+    std::string name = testing::TempDir() + "gradpsi-XXXXXX";
+    folder_ = mkdtemp(name.data());
+  }
+  ~Files() override { fs::remove_all(folder_); }
+
+  fs::path path(const std::string& name) const { return folder_ / name; }
+  fs::path file(const std::string& content) const {
+    const fs::path name = path("points.csv");
+    std::ofstream(name, std::ios::binary) << content;
+    return name;
+  }
+  static std::string content(const fs::path& name) {
+    std::ifstream in(name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  /// The error of reading a file with this content.
+  std::string error(const std::string& text) const {
+    return message_of<InvalidInput>([&] { read_cloud(file(text)); });
+  }
+  int files() const { return static_cast<int>(std::distance(fs::directory_iterator(folder_), {})); }
+
+ private:
+  fs::path folder_;
+};
+
+using Csv = Files;
+using Fault27 = Files;
+using Fault28 = Files;
+using Fault29 = Files;
+using Write = Files;
+
+TEST_F(Csv, GivesPointsVolumesAndFields) {
+  const Table table = read_csv(file("x,T,y,volume\n0.5,1,2,1\n-1e-3,2,3,2.5\n"));
+  EXPECT_THAT(table.names, ElementsAre("x", "T", "y", "volume"));
+  EXPECT_EQ(table.column("T")[1], 2);
+  const Cloud cloud = make_cloud(table);
+  EXPECT_EQ(cloud.dimension(), 2);
+  EXPECT_EQ(cloud.positions()(1, 0), -1e-3);
+  EXPECT_EQ(cloud.positions()(1, 1), 3);
+  EXPECT_EQ(cloud.volumes()[1], 2.5);
+}
+
+TEST_F(Csv, AcceptsWhatOtherProgramsWrite) {
+  // Byte-order mark, CRLF, quoted names, blanks, plus signs, empty lines at the end.
+  EXPECT_EQ(read_cloud(file("\xEF\xBB\xBF\"x\" , y\r\n +1 ,2\r\n3,4\r\n\r\n")).positions(),
+            (Positions(2, 2) << 1, 2, 3, 4).finished());
+  EXPECT_EQ(read_cloud(file("x\n1\n2")).size(), 2);  // no line end at the end
+}
+
+TEST_F(Csv, AHeaderAloneIsNoPoints) {
+  const Cloud cloud = read_cloud(file("x,y,z\n"));
+  EXPECT_EQ(cloud.size(), 0);
+  EXPECT_EQ(cloud.dimension(), 3);
+}
+
+TEST_F(Csv, ReadsFilesLargerThanItsBuffer) {
+  std::string text = "x\n";
+  for (int i = 0; i < 400'000; ++i) text += std::to_string(i) + '\n';
+  const Cloud cloud = read_cloud(file(text));
+  ASSERT_EQ(cloud.size(), 400'000);
+  EXPECT_EQ(cloud.positions(), Positions(Eigen::VectorXd::LinSpaced(400'000, 0, 399'999)));
+}
+
+TEST_F(Csv, UnknownColumnsAreAnsweredWithTheNearestFirst) {
+  const Table table = read_csv(file("x,temperature,pressure\n1,2,3\n"));
+  EXPECT_THAT(message_of<InvalidInput>([&] { table.column("temprature"); }),
+              HasSubstr("unknown column 'temprature'; valid: temperature, "));
+}
+
+TEST_F(Csv, PositionsMustBeXThenYThenZ) {
+  EXPECT_THAT(error("a,b\n1,2\n"), HasSubstr("unknown column 'x'"));
+  EXPECT_THAT(error("x,z\n1,2\n"), HasSubstr("unknown column 'y'"));
+}
+
+TEST_F(Fault27, BadFilesNameTheLine) {
+  EXPECT_THAT(error(""), HasSubstr("points.csv:1: expected a header row"));
+  EXPECT_THAT(error("\n1\n"), HasSubstr(":1: expected a header row"));
+  EXPECT_THAT(error("x,y\n1,2\n1\n"), HasSubstr(":3: 1 columns where the header has 2"));
+  EXPECT_THAT(error("x,y\n1,2\n1,2,3\n"), HasSubstr(":3: 3 columns where the header has 2"));
+  EXPECT_THAT(error("x,y\n1,2\n3,4\n5,"), HasSubstr(":4: column 'y': '' is not a number"));
+  EXPECT_THAT(error("x,y\n1,2\n3,four\n"), HasSubstr(":3: column 'y': 'four' is not a number"));
+  EXPECT_THAT(error("x\n1.5e\n"), HasSubstr(":2: column 'x': '1.5e' is not a number"));
+  EXPECT_THAT(error("x\n0x10\n"), HasSubstr("'0x10' is not a number"));
+  EXPECT_THAT(error("x\n1e999\n"), HasSubstr(":2: column 'x': 1e999 is beyond the range"));
+  EXPECT_THAT(error("x\n1\n\n2\n"), HasSubstr(":3: the line is empty"));
+  EXPECT_THAT(error("x,x\n1,2\n"), HasSubstr(":1: two columns are named 'x'"));
+  EXPECT_THAT(error("x,\n1,2\n"), HasSubstr(":1: a column has no name"));
+  // A decimal comma makes a column more, a semicolon none.
+  EXPECT_THAT(error("x,y\n1,5,2,5\n"), HasSubstr(":2: 4 columns"));
+  EXPECT_THAT(error("x;y\n1;2\n"), HasSubstr(":2: column 'x;y': '1;2' is not a number"));
+}
+
+TEST_F(Fault27, ALongLineIsRefusedWithoutReadingItAll) {
+  EXPECT_THAT(error("x\n1\n" + std::string(3 << 20, '7')),
+              HasSubstr(":3: the line is longer than 1048576 bytes"));
+}
+
+TEST_F(Fault27, NanInACoordinateNamesThePoint) {
+  EXPECT_THAT(error("x\n1\nnan\n"), HasSubstr("point 1 has coordinates (nan)"));
+}
+
+TEST_F(Fault27, AFileThatCannotBeReadIsNamed) {
+  EXPECT_THAT(message_of<std::system_error>([&] { read_csv(path("none.csv")); }),
+              HasSubstr("cannot read " + path("none.csv").string()));
+  EXPECT_THROW(read_csv(path("")), std::system_error);  // a folder
+}
+
+TEST_F(Write, CsvReadsBackToTheLastBit) {
+  Table table{{"x", "T"}, Eigen::MatrixXd(4, 2)};
+  table.values << 0.1, 1.0 / 3, -1e-300, 5e-324, 1e22, std::numeric_limits<double>::max(), 7, -0.0;
+  write_csv(path("out.csv"), table);
+  const Table back = read_csv(path("out.csv"));
+  EXPECT_EQ(back.names, table.names);
+  EXPECT_EQ(back.values, table.values);
+  EXPECT_EQ(files(), 1);  // nothing temporary remains
+}
+
+TEST_F(Write, MatrixMarketHoldsEveryEntryOnce) {
+  const Cloud cloud = irregular_cloud(2, 6);
+  const SparseMatrix matrix =
+      assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, 0.6)).matrix();
+  write_matrix_market(path("a.mtx"), matrix);
+  std::istringstream in(content(path("a.mtx")));
+  std::string line;
+  std::getline(in, line);
+  EXPECT_EQ(line, "%%MatrixMarket matrix coordinate real general");
+  int rows, cols, entries;
+  in >> rows >> cols >> entries;
+  EXPECT_EQ(rows, 36);
+  EXPECT_EQ(cols, 36);
+  ASSERT_EQ(entries, matrix.nonZeros());
+  SparseMatrix back = matrix;
+  int i, j, count = 0;
+  for (std::string value; in >> i >> j >> value; ++count) {
+    EXPECT_EQ(std::stod(value), matrix.coeff(i - 1, j - 1));
+    back.coeffRef(i - 1, j - 1) = 0;
+  }
+  EXPECT_EQ(count, entries);
+  EXPECT_EQ(back.norm(), 0);
+}
+
+TEST_F(Write, SeveralMatricesAreReplacedTogetherOrNotAtAll) {
+  const std::vector<SparseMatrix> two(2, SparseMatrix(3, 3));
+  write_text(path("a.mtx"), "old");
+  EXPECT_THROW(write_matrix_market({path("a.mtx"), path("none/b.mtx")}, two), std::system_error);
+  EXPECT_EQ(content(path("a.mtx")), "old");
+  EXPECT_EQ(files(), 1);
+  EXPECT_THROW(write_matrix_market({path("a.mtx")}, two), InvalidInput);
+}
+
+TEST_F(Fault28, AnUnwritableFolderIsNamed) {
+  EXPECT_THAT(message_of<std::system_error>([&] { write_text(path("no/file"), "text"); }),
+              HasSubstr("cannot write " + path("no/file").string()));
+}
+
+TEST_F(Fault28, AFullDiskIsAnErrorAndTheOldFileSurvives) {
+  EXPECT_THROW(write_text("/dev/full", "text"), std::system_error);
+  // A limit on the size of files stands in for a full disk.
+  write_text(path("old"), "old");
+  const auto write_beyond_the_limit = [&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      write_text(path("old"), std::string(1 << 20, 'x'));
+    } catch (const std::system_error& e) {
+      std::exit(e.code().value() == EFBIG ? 3 : 4);
+    }
+  };
+  EXPECT_EXIT(write_beyond_the_limit(), testing::ExitedWithCode(3), "");
+  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Fault29, ADecimalCommaLocaleChangesNothing) {
+  struct Comma : std::numpunct<char> {
+    char do_decimal_point() const override { return ','; }
+    char do_thousands_sep() const override { return '.'; }
+    std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before = std::locale::global(std::locale(std::locale(), new Comma));
+  Table table{{"x"}, Eigen::MatrixXd::Constant(1, 1, 12345.5)};
+  write_csv(path("out.csv"), table);
+  const Table back = read_csv(path("out.csv"));
+  SparseMatrix matrix(2000, 2000);
+  matrix.insert(1999, 1999) = 0.5;
+  write_matrix_market(path("out.mtx"), matrix);
+  std::locale::global(before);
+  EXPECT_EQ(content(path("out.csv")), "x\n12345.5\n");
+  EXPECT_EQ(back.values(0, 0), 12345.5);
+  EXPECT_THAT(content(path("out.mtx")), HasSubstr("\n2000 2000 1\n2000 2000 0.5\n"));
+}
+
+TEST_F(Write, VtuNeedsAPositionAndHoldsTheFields) {
+  EXPECT_THROW(write_vtu(path("a.vtu"), Table{{"T"}, Eigen::MatrixXd::Zero(2, 1)}), InvalidInput);
+  write_vtu(path("a.vtu"), Table{{"x", "a<b"}, Eigen::MatrixXd::Zero(2, 2)});
+  const std::string text = content(path("a.vtu"));
+  EXPECT_THAT(text, HasSubstr("NumberOfPoints=\"2\""));
+  EXPECT_THAT(text, HasSubstr("Name=\"a&lt;b\""));
+  EXPECT_THAT(text, testing::Not(HasSubstr("Name=\"x\"")));
+}
+
+TEST(Table, ColumnsAreAddedAndRowsSelected) {
+  Table table{{"x"}, Eigen::Vector3d(1, 2, 3)};
+  table.add("T", Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(table.select({2, 0}).values, (Eigen::Matrix2d() << 3, 6, 1, 4).finished());
+  EXPECT_THROW(table.add("T", Eigen::Vector3d(4, 5, 6)), InvalidInput);
+  EXPECT_THROW(table.add("U", Eigen::Vector2d(4, 5)), InvalidInput);
+}
+
+}  // namespace
+}  // namespace gradpsi

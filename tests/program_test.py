@@ -1,0 +1,315 @@
+"""The program as scripts see it: options, files, exit codes. Run by CTest, one class at a time."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import meshio
+import numpy as np
+import scipy.io
+
+PROGRAM = os.environ["GRADPSI_PROGRAM"]
+REFERENCE = Path(__file__).parent / "reference"
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def path(self, name):
+        return self.folder / name
+
+    def run_program(self, *arguments, expect=0):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
+        self.assertEqual(done.returncode, expect, done.stderr)
+        if expect == 0:
+            self.assertEqual(done.stderr, "")  # no progress bar away from a terminal
+        else:
+            self.assertTrue(done.stderr.startswith("error: "), done.stderr)
+        return done.stdout if expect == 0 else done.stderr
+
+    def write_points(self, columns, name="points.csv"):
+        names = list(columns)
+        with open(self.path(name), "w") as out:
+            print(",".join(names), file=out)
+            for row in zip(*columns.values()):
+                print(",".join(repr(float(x)) for x in row), file=out)
+        return self.path(name)
+
+    def square(self, n=12, seed=1, **columns):
+        """A jittered lattice on the unit square."""
+        random = np.random.default_rng(seed)
+        x, y = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n)
+        x = x.ravel() + random.uniform(-0.2, 0.2, n * n) / n
+        y = y.ravel() + random.uniform(-0.2, 0.2, n * n) / n
+        columns = {name: f(x, y) for name, f in columns.items()}
+        return self.write_points({"x": x, "y": y, **columns})
+
+    def read_csv(self, name):
+        with open(self.path(name)) as file:
+            rows = list(csv.DictReader(file))
+        return {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+
+
+class Schemes(ProgramTest):
+    def test_json_lists_seventeen(self):
+        schemes = json.loads(self.run_program("schemes", "--json"))
+        self.assertEqual(len(schemes), 17)
+        mixed = next(s for s in schemes if s["name"] == "laplacian-mixed-zoc")
+        self.assertEqual(mixed["formula"], "omega_j (-2 W'/r)")
+        self.assertEqual(mixed["volume_scaled_symmetry"], "symmetric")
+
+    def test_table_has_a_line_for_each(self):
+        text = self.run_program("schemes")
+        for scheme in json.loads(self.run_program("schemes", "--json")):
+            self.assertIn("\n" + scheme["name"] + " ", text)
+
+    def test_help_and_version(self):
+        self.assertIn("assemble", self.run_program("--help"))
+        self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
+        for command in ["schemes", "assemble", "derive", "converge"]:
+            self.assertIn("Example: gradpsi " + command, self.run_program(command, "--help"))
+
+
+class Assemble(ProgramTest):
+    def test_reference_matrices(self):
+        for cloud, support in [("line", "0.10416666666666666"), ("square", "0.3571428571428571")]:
+            points = REFERENCE / f"{cloud}.csv"
+            n = sum(1 for _ in open(points)) - 1
+            reference = {}
+            with open(REFERENCE / f"{cloud}.triplets.csv") as file:
+                for row in csv.DictReader(file):
+                    matrix = reference.setdefault((row["scheme"], int(row["axis"])), np.zeros((n, n)))
+                    matrix[int(row["row"]), int(row["col"])] = float(row["value"])
+            for (scheme, axis), expected in reference.items():
+                out = self.path("out.mtx")
+                self.run_program("assemble", points, "--scheme", scheme, "--support", support, "-o", out)
+                if scheme.startswith("gradient"):
+                    out = self.path(f"out_{'xyz'[axis]}.mtx")
+                matrix = scipy.io.mmread(out).toarray()
+                largest = np.abs(expected).max(axis=1, keepdims=True)
+                self.assertLess(np.max(np.abs(matrix - expected) / largest), 1e-8, scheme)
+
+    def test_report(self):
+        points = self.square(n=20, volume=lambda x, y: 0 * x + 1 / 400)
+        self.run_program("assemble", points, "--scheme", "laplacian-mixed-soc", "--support-ratio", 2.6,
+                         "--threads", 1, "--report", self.path("r.json"), "-o", self.path("l.mtx"))
+        report = json.loads(self.path("r.json").read_text())
+        self.assertEqual(list(report), ["points", "entries", "neighbours", "seconds", "degenerate_rows",
+                                        "dropped_points", "peak_bytes", "threads"])
+        self.assertEqual(list(report["neighbours"]), ["min", "median", "max"])
+        self.assertEqual(list(report["seconds"]), ["read", "search", "weights", "write"])
+        matrix = scipy.io.mmread(self.path("l.mtx")).tocsr()
+        self.assertEqual(report["points"], 400)
+        self.assertEqual(report["entries"], matrix.nnz)
+        self.assertEqual(report["neighbours"]["max"], np.diff(matrix.indptr).max() - 1)
+        self.assertEqual(report["neighbours"]["median"], np.median(np.diff(matrix.indptr)) - 1)
+        self.assertEqual(report["degenerate_rows"], 0)
+        self.assertEqual(report["threads"], 1)
+        self.assertGreater(report["peak_bytes"], 1e6)
+
+    def test_volume_and_support_options(self):
+        points = self.square()
+        bare = ["assemble", points, "--scheme", "laplacian-mixed-zoc"]
+        self.run_program(*bare, "--support", 0.25, "--volume", 1 / 144, "-o", self.path("a.mtx"))
+        self.run_program(*bare, "--support-ratio", 3, "--volume", 1 / 144, "-o", self.path("b.mtx"))
+        self.assertEqual(self.path("a.mtx").read_text(), self.path("b.mtx").read_text())
+        # Neither column nor option: number density. A column goes before the options.
+        self.run_program(*bare, "--support", 0.25, "-o", self.path("c.mtx"))
+        with_columns = self.square(volume=lambda x, y: 0 * x + 1 / 144, support=lambda x, y: 0 * x + 0.25)
+        self.run_program("assemble", with_columns, "--scheme", "laplacian-mixed-zoc", "--volume", 9,
+                         "-o", self.path("d.mtx"))
+        a, c, d = (scipy.io.mmread(self.path(f"{k}.mtx")).toarray() for k in "acd")
+        np.testing.assert_array_equal(a, d)
+        self.assertGreater(np.abs(a - c).max(), 0.01 * np.abs(a).max())
+
+    def test_kernel_option(self):
+        points = self.square()
+        bare = ["assemble", points, "--scheme", "gradient-direct-foc", "--support", 0.25]
+        self.run_program(*bare, "-o", self.path("a.mtx"))
+        self.run_program(*bare, "--kernel", "wendland-c2", "-o", self.path("b.mtx"))
+        self.run_program(*bare, "--kernel", "gaussian", "-o", self.path("c.mtx"))
+        self.assertEqual(self.path("a_x.mtx").read_text(), self.path("b_x.mtx").read_text())
+        self.assertNotEqual(self.path("a_x.mtx").read_text(), self.path("c_x.mtx").read_text())
+
+    def test_periodic_box(self):
+        points = self.square(u=lambda x, y: np.cos(2 * np.pi * y))
+        self.run_program("assemble", points, "--scheme", "laplacian-mixed-soc", "--support", 0.3,
+                         "--periodic", "0,1", "-o", self.path("l.mtx"))
+        matrix = scipy.io.mmread(self.path("l.mtx")).tocsr()
+        self.assertGreater(abs(matrix[0, 132]), 0)  # (0, 0) and (0, 11) of 12 x 12
+        self.assertEqual(matrix[0, 11], 0)
+
+    def test_duplicates(self):
+        columns = {"x": [0.0, 0.1, 0.2, 0.1, 0.3, 0.4, 0.0], "T": [0, 1, 2, 3, 4, 5, 6]}
+        points = self.write_points(columns)
+        bare = ["assemble", points, "--scheme", "gradient-direct-zoc", "--support", 0.15]
+        error = self.run_program(*bare, "-o", self.path("a.mtx"), expect=1)
+        self.assertIn("points 1 and 3 coincide at (0.1); 2 of 7 points", error)
+        self.assertFalse(self.path("a_x.mtx").exists())
+        text = self.run_program(*bare, "--duplicates", "drop", "--report", self.path("r.json"),
+                                "-o", self.path("a.mtx"))
+        self.assertIn("2 coincident points dropped", text)
+        self.assertEqual(scipy.io.mmread(self.path("a_x.mtx")).shape, (5, 5))
+        self.assertEqual(json.loads(self.path("r.json").read_text())["dropped_points"], 2)
+        self.run_program("derive", *bare[1:], "--field", "T", "--duplicates", "drop",
+                         "-o", self.path("t.csv"))
+        np.testing.assert_array_equal(self.read_csv("t.csv")["T"], [0, 1, 2, 4, 5])
+
+    def test_degenerate_rows(self):
+        points = self.write_points({"x": np.arange(12.0), "y": 2 * np.arange(12.0)})
+        bare = ["assemble", points, "--scheme", "laplacian-mixed-soc", "--support", 7]
+        error = self.run_program(*bare, "-o", self.path("a.mtx"), expect=1)
+        self.assertRegex(error, r"point 0: its moment system is singular \(3 neighbours, reciprocal")
+        for policy, what in [("lower", "12 lowered to zoc, 0 zero"), ("zero", "0 lowered to zoc, 12 zero")]:
+            text = self.run_program(*bare, "--on-degenerate", policy, "--report", self.path("r.json"),
+                                    "-o", self.path("a.mtx"))
+            self.assertIn("12 degenerate rows: 0 lowered to foc, " + what, text)
+            self.assertEqual(json.loads(self.path("r.json").read_text())["degenerate_rows"], 12)
+
+    def test_no_points(self):
+        self.path("none.csv").write_text("x,y\n")
+        for support in ["--support", "--support-ratio"]:
+            self.run_program("assemble", self.path("none.csv"), "--scheme", "gradient-direct-soc",
+                             support, 2, "-o", self.path("g.mtx"))
+            for axis in "xy":
+                self.assertEqual(self.path(f"g_{axis}.mtx").read_text().split("\n")[1], "0 0 0")
+
+
+class Derive(ProgramTest):
+    def test_derivatives_of_a_quadratic_are_exact(self):
+        points = self.square(u=lambda x, y: x * x - 3 * x * y + 2 * y)
+        bare = ["derive", points, "--field", "u", "--support", 0.3]
+        self.run_program(*bare, "--scheme", "gradient-diffuse-soc", "-o", self.path("g.csv"))
+        g = self.read_csv("g.csv")
+        self.assertEqual(list(g), ["x", "y", "u", "u_x", "u_y"])
+        np.testing.assert_allclose(g["u_x"], 2 * g["x"] - 3 * g["y"], atol=1e-9)
+        np.testing.assert_allclose(g["u_y"], 2 - 3 * g["x"], atol=1e-9)
+        self.run_program(*bare, "--scheme", "laplacian-diffuse-soc", "-o", self.path("l.csv"))
+        lap = self.read_csv("l.csv")
+        self.assertEqual(list(lap), ["x", "y", "u", "lap_u"])
+        np.testing.assert_allclose(lap["lap_u"], 2, atol=1e-7)
+
+    def test_vtu_holds_the_same_numbers(self):
+        points = self.square(T=lambda x, y: np.sin(x + y), volume=lambda x, y: 0 * x + 1 / 144)
+        bare = ["derive", points, "--field", "T", "--scheme", "gradient-direct-foc", "--support", 0.3]
+        self.run_program(*bare, "-o", self.path("g.csv"))
+        self.run_program(*bare, "-o", self.path("g.vtu"))
+        table = self.read_csv("g.csv")
+        mesh = meshio.read(self.path("g.vtu"))
+        np.testing.assert_array_equal(mesh.points, np.stack([table["x"], table["y"], 0 * table["x"]], 1))
+        self.assertEqual(sorted(mesh.point_data), ["T", "T_x", "T_y", "volume"])
+        for name, values in mesh.point_data.items():
+            np.testing.assert_array_equal(values, table[name])
+        self.assertEqual([(c.type, len(c.data)) for c in mesh.cells], [("vertex", 144)])
+
+    def test_a_column_is_not_overwritten(self):
+        points = self.square(u=lambda x, y: x, u_x=lambda x, y: y)
+        error = self.run_program("derive", points, "--field", "u", "--scheme", "gradient-direct-foc",
+                                 "--support", 0.3, "-o", self.path("g.csv"), expect=1)
+        self.assertIn("there is already a column 'u_x'", error)
+        self.assertFalse(self.path("g.csv").exists())
+
+
+class Errors(ProgramTest):
+    def test_bad_usage_is_2_and_shows_the_usage(self):
+        points = self.square()
+        assemble = ["assemble", points, "--scheme", "laplacian-mixed-soc", "-o", self.path("l.mtx")]
+        for arguments in [[], ["nonsense"], ["assemble"], ["assemble", points], ["schemes", "extra"],
+                          [*assemble, "--support", "wide"],
+                          [*assemble, "--support", 1, "--support-ratio", 2],
+                          [*assemble, "--support", 1, "--on-degenerate", "hope"],
+                          [*assemble, "--support", 1, "--threads", "two"],
+                          ["derive", points, "--field", "u", "--scheme", "gradient-direct-foc",
+                           "--support", 1, "-o", self.path("u.txt")],
+                          ["converge", "--dimension", 4]]:
+            self.assertIn("Usage: gradpsi", self.run_program(*arguments, expect=2))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
+
+    def test_bad_data_is_1_and_leaves_nothing(self):
+        points = self.square(u=lambda x, y: np.where(x < 0.1, np.nan, x))
+        def assemble(*more, scheme="laplacian-mixed-soc"):
+            return self.run_program("assemble", points, "--scheme", scheme, "-o", self.path("l.mtx"), *more,
+                                    expect=1)
+        self.assertIn("valid: laplacian-mixed-soc, ", assemble("--support", 1, scheme="laplacian-mixed-sco"))
+        self.assertIn("valid: wendland-c2, ", assemble("--support", 1, "--kernel", "wendland"))
+        self.assertIn("support must be > 0", assemble("--support", -0.3))
+        self.assertIn("support must be > 0", assemble("--support", "nan"))
+        self.assertIn("--support-ratio must be > 0", assemble("--support-ratio", 0))
+        self.assertIn("--volume must be > 0", assemble("--support", 1, "--volume", -1))
+        self.assertIn("threads must be >= 0", assemble("--support", 1, "--threads", -1))
+        self.assertIn("have no neighbour within the support 1e-09", assemble("--support", 1e-9))
+        self.assertIn("no column 'support': give --support", assemble())
+        self.assertIn("more than half the periodic box", assemble("--support", 0.6, "--periodic", "1,1"))
+        self.assertIn("box length -1 must be", assemble("--support", 0.3, "--periodic", "-1,1"))
+        def derive(field):
+            return self.run_program("derive", points, "--field", field, "--scheme", "gradient-direct-foc",
+                                    "--support", 0.3, "-o", self.path("g.csv"), expect=1)
+        self.assertIn("unknown column 'v'; valid: ", derive("v"))
+        self.assertIn("has a value of 'u' that is not finite", derive("u"))
+        points = self.path("none.csv")
+        self.assertIn("cannot read", assemble("--support", 1))
+        self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
+
+    def test_a_file_that_cannot_be_written_is_1(self):
+        points = self.square()
+        bare = ["assemble", points, "--scheme", "laplacian-mixed-soc", "--support", 0.3, "-o"]
+        for out in [self.path("no/l.mtx"), "/dev/full"]:
+            self.assertIn("cannot write", self.run_program(*bare, out, expect=1))
+        # A pipe that closes early, as `| head -1` does.
+        done = subprocess.run(["bash", "-c", '"$0" "$@" | head -c 10; exit ${PIPESTATUS[0]}',
+                               PROGRAM, *map(str, bare), "/dev/stdout"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("cannot write /dev/stdout: Broken pipe", done.stderr.replace("\n", " ") + ":")
+
+
+class Converge(ProgramTest):
+    def test_one_dimension(self):
+        text = self.run_program("converge", "--out", self.path("out"), "--points-max", 2000)
+        self.assertIn("soc, first, irregular: order 2", text)
+        with open(self.path("out/convergence.csv")) as file:
+            rows = list(csv.reader(file))
+        self.assertEqual(",".join(rows[0]),
+                         "scheme,arrangement,support_ratio,points,spacing,error_l2,error_max,order")
+        self.assertEqual(len(rows) - 1, 17 * 2 * 3 * 7)
+        orders = {}
+        for scheme, arrangement, ratio, points, spacing, _, _, order in rows[1:]:
+            self.assertAlmostEqual(float(spacing), 2 / int(points))
+            self.assertEqual(order == "", points == "20")
+            orders.setdefault((scheme, arrangement, ratio), []).append(order)
+        self.assertAlmostEqual(float(orders["gradient-direct-foc", "regular", "2.5"][-1]), 1.5, delta=0.05)
+        self.assertAlmostEqual(float(orders["gradient-direct-soc", "irregular", "3.5"][-1]), 2, delta=0.1)
+        self.assertAlmostEqual(float(orders["laplacian-mixed-zoc", "irregular", "2.5"][-1]), -1, delta=0.2)
+        for name in ["figure1.svg", "figure1.png", "figure2.svg", "figure2.png"]:
+            self.assertGreater(self.path("out/" + name).stat().st_size, 10_000)
+
+    def test_more_dimensions(self):
+        for dimension, most in [(2, 1600), (3, 2744)]:
+            self.run_program("converge", "--dimension", dimension, "--out", self.path("out"),
+                             "--points-max", most)
+            with open(self.path(f"out/convergence_{dimension}d.csv")) as file:
+                rows = list(csv.DictReader(file))
+            self.assertEqual(int(rows[-1]["points"]), most)
+            last = [float(r["interior_l2"]) for r in rows
+                    if r["scheme"] == "gradient-diffuse-soc" and r["interior_l2"]]
+            self.assertLess(max(last), 1)
+            self.assertTrue(self.path(f"out/figure2_{dimension}d.png").exists())
+
+    def test_the_study_is_reproducible(self):
+        tables = []
+        for threads in [1, 2]:
+            self.run_program("converge", "--points-max", 200, "--out", self.path("out"),
+                             "--threads", threads)
+            tables.append(self.path("out/convergence.csv").read_text())
+        self.assertEqual(tables[0], tables[1])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv)

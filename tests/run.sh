@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the dev and asan presets and runs all tests in both:
+#     bash tests/run.sh
+set -euo pipefail
+cd "$(dirname "$0")/.."
+source apps/dependencies.sh
+install_missing "${gradpsi_packages[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 \
+  python3-meshio python3-scipy
+
+for preset in dev asan; do
+  cmake --preset $preset
+  cmake --build --preset $preset
+  ctest --preset $preset -j "$(nproc)" --output-on-failure
+done
