@@ -10,28 +10,25 @@ namespace {
 using std::filesystem::path;
 
 /// OUT.mtx for a Laplacian, OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient.
-std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme,
-                               std::size_t axes) {
+std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme, int dimension) {
   if (scheme.derivative == gradpsi::Derivative::Laplacian) return {output};
+  if (output.extension() != ".mtx")
+    throw CLI::ValidationError("-o", "of a gradient must end in .mtx, not be " + output.string());
   std::vector<path> files;
-  for (const char* axis : {"_x", "_y", "_z"}) {
-    if (files.size() == axes) break;
-    path name = output.stem();
-    name += axis;
-    name += output.extension();
-    files.push_back(path(output).replace_filename(name));
-  }
+  for (int a = 0; a < dimension; ++a)
+    files.push_back(
+        path(output).replace_filename(output.stem().string() + '_' + "xyz"[a] + ".mtx"));
   return files;
 }
 
 void run(const OperatorOptions& options, const path& output) {
   const gradpsi::Scheme scheme = options.scheme;
   Problem problem = read_points(options);
+  const auto files = matrix_files(output, scheme, problem.cloud.dimension());
+  check_outputs(options, files);
   assemble(options, problem);
-  const auto& axes = problem.op.axes;
-  write_and_report(options, problem, output, [&] {
-    gradpsi::write_matrix_market(matrix_files(output, scheme, axes.size()), axes);
-  });
+  write_and_report(options, problem, files,
+                   [&] { gradpsi::write_matrix_market(files, problem.op.axes); });
 }
 
 }  // namespace
@@ -41,8 +38,8 @@ void add_assemble(CLI::App& app) {
   auto options = std::make_shared<OperatorOptions>();
   auto output = std::make_shared<path>();
   options->add_to(*command);
-  command
-      ->add_option("-o", *output, "OUT.mtx; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+  command->add_option("-o", *output, "A gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+      ->type_name("OUT.mtx")
       ->required();
   command->footer(
       "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support 0.1 -o "

@@ -14,7 +14,10 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
+#include <gradpsi/gradpsi.hpp>
+#include <iomanip>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -25,14 +28,12 @@
 
 #include "commands.hpp"
 #include "convergence_gp.hpp"
-#include "operator_options.hpp"
 
 namespace {
 
 using gradpsi::Consistency;
 using gradpsi::Derivative;
 using gradpsi::Scheme;
-using gradpsi::Weight;
 using std::filesystem::path;
 
 constexpr double pi = std::numbers::pi;
@@ -61,7 +62,7 @@ std::vector<int> sides(const Options& options) {
     // 1D: spacings 1, 1/2, 1/5 of each power of ten; else a factor of sqrt(2).
     static constexpr std::array<int, 3> decade = {2, 4, 10};
     const double side = options.dimension == 1 ? decade[k % 3] * std::pow(10, k / 3 + 1)
-                                               : std::round(10 * std::exp2(0.5 * k));
+                                               : std::round(10 * std::exp2(0.5 * (k + 1)));
     if (std::pow(side, options.dimension) > most) return result;
     result.push_back(static_cast<int>(side));
   }
@@ -135,20 +136,18 @@ void set_norms(Result& result, const Eigen::VectorXd& error, const gradpsi::Posi
 }
 
 /// A bar on the terminal, if standard error is one.
-void show_progress(double fraction) {
+void show_progress(int done, int of) {
   static const bool terminal = isatty(STDERR_FILENO);
   if (!terminal) return;
-  const int filled = static_cast<int>(40 * fraction);
-  std::cerr << "\r[" << std::string(filled, '#') << std::string(40 - filled, ' ') << "] "
-            << static_cast<int>(100 * fraction) << " %" << (fraction < 1 ? "" : "\n") << std::flush;
+  std::cerr << "\r[" << std::string(40 * done / of, '#') << std::string(40 - 40 * done / of, ' ')
+            << "] " << done << " of " << of << " clouds and supports" << (done < of ? "" : "\n")
+            << std::flush;
 }
 
 /// All results, curve by curve, each from the largest spacing to the smallest.
 std::vector<Result> study(const Options& options) {
   const auto all_sides = sides(options);
-  double work = 0, done = 0;
-  for (const int m : all_sides) work += std::pow(m, options.dimension);
-
+  int done = 0;
   std::vector<Result> results;
   for (const int m : all_sides) {
     for (int arrangement = 0; arrangement < 2; ++arrangement) {
@@ -171,8 +170,7 @@ std::vector<Result> study(const Options& options) {
           set_norms(result, errors(scheme, op, derivatives), cloud.positions());
           results.push_back(result);
         }
-        done += cloud.size() / 6.0;
-        show_progress(done / work);
+        show_progress(++done, 6 * static_cast<int>(all_sides.size()));
       }
     }
   }
@@ -194,6 +192,9 @@ std::string text(double x, const char* format = "%.9g") {
   std::snprintf(digits.data(), digits.size(), format, x);
   return digits.data();
 }
+
+/// An order with two decimals, without a sign on zero.
+std::string order_text(double order) { return text(std::abs(order) < 0.005 ? 0.0 : order, "%.2f"); }
 
 /// Observed order between two spacings.
 double order(const Result& coarse, const Result& fine, Error error) {
@@ -290,78 +291,88 @@ std::string verdict(int observed, int of, const std::set<std::string_view>& exce
   return text + ")";
 }
 
-/// Fitted orders of every scheme and, claim by claim, whether the paper's conclusions were
-/// observed.
-std::string summary(const std::vector<Result>& results, const Options& options) {
-  const bool interior = options.dimension > 1;
-  const Error error = interior ? &Result::interior_l2 : &Result::l2;
-  const auto all = curves(results);
-  std::ostringstream out;
-  const auto cell = [&](const std::string& content, int width) {
-    out << std::string(std::max<int>(0, width - static_cast<int>(content.size())), ' ') << content;
-  };
-  const auto table = [&](const char* points, Error which) {
-    out << "Fitted order of the L2 error over " << points << ":\n\n"
-        << std::string(28, ' ') << "regular, h/dx           irregular, h/dx\n"
-        << std::string(25, ' ') << "  2.5     3.5     4.5     2.5     3.5     4.5\n";
-    for (const auto& curve : all) {
-      if (curve.front().arrangement == 0 && curve.front().support_ratio == support_ratios[0])
-        out << name(curve.front().scheme)
-            << std::string(22 - std::min<std::size_t>(22, name(curve.front().scheme).size()), ' ');
-      cell(text(slope(fitted_part(curve), which), "%.2f"), 8);
-      if (curve.front().arrangement == 1 && curve.front().support_ratio == support_ratios[2])
-        out << '\n';
-    }
-    out << '\n';
-  };
-  table("all points", &Result::l2);
-  if (interior) table("interior points (those in [-1/2, 1/2]^d)", &Result::interior_l2);
+using Curves = std::vector<std::span<const Result>>;
 
-  out << "The paper's conclusions, by the order over " << (interior ? "interior" : "all")
-      << " points:\n\n";
-  for (const Claim& claim : claims) {
-    double least = infinity, most = -infinity;
-    int observed = 0, count = 0;
-    std::set<std::string_view> exceptions;  // weights
-    for (const auto& curve : all) {
-      const Result& r = curve.front();
-      if (r.scheme.derivative != claim.derivative || r.scheme.consistency != claim.consistency ||
-          r.arrangement != claim.arrangement)
-        continue;
-      const double s = slope(fitted_part(curve), error);
-      if (std::isnan(s)) continue;
-      least = std::min(least, s), most = std::max(most, s);
-      ++count;
-      if (s >= claim.least && s <= claim.most)
-        ++observed;
-      else
-        exceptions.insert(name(r.scheme.weight));
-    }
-    out << claim.text << std::string(46 - claim.text.size(), ' ');
-    cell(text(least, "%.2f") + " .. " + text(most, "%.2f"), 15);
-    out << "   " << verdict(observed, count, exceptions) << '\n';
+std::string padded(const std::string& text, int width) {
+  return std::string(std::max<int>(0, width - static_cast<int>(text.size())), ' ') + text;
+}
+
+std::string order_table(const Curves& all, const std::string& points, Error error) {
+  constexpr int name_width = 24, column_width = 8;
+  std::string out = "Fitted order of the L2 error over " + points + ":\n\n" +
+                    padded("regular, h/dx", name_width + 3 * column_width) +
+                    padded("irregular, h/dx", 3 * column_width) + '\n' + padded("", name_width);
+  for (int column = 0; column < 6; ++column)
+    out += padded(text(support_ratios[column % 3], "%.1f"), column_width);
+  for (const auto& curve : all) {
+    const Result& r = curve.front();
+    const std::string scheme = name(r.scheme);
+    if (r.arrangement == 0 && r.support_ratio == support_ratios[0])
+      out += '\n' + scheme + padded("", name_width - static_cast<int>(scheme.size()));
+    out += padded(order_text(slope(fitted_part(curve), error)), column_width);
   }
-  // Rounding shows where the error of the smallest spacing is well above the curve's least.
+  return out + "\n\n";
+}
+
+std::string claim_line(const Claim& claim, const Curves& all, Error error) {
+  double least = infinity, most = -infinity;
+  int observed = 0, count = 0;
+  std::set<std::string_view> exceptions;  // weights
+  for (const auto& curve : all) {
+    const Result& r = curve.front();
+    const double order = slope(fitted_part(curve), error);
+    if (r.scheme.derivative != claim.derivative || r.scheme.consistency != claim.consistency ||
+        r.arrangement != claim.arrangement || std::isnan(order))
+      continue;
+    least = std::min(least, order), most = std::max(most, order);
+    ++count;
+    if (order >= claim.least && order <= claim.most)
+      ++observed;
+    else
+      exceptions.insert(name(r.scheme.weight));
+  }
+  return std::string(claim.text) + std::string(46 - claim.text.size(), ' ') +
+         padded(order_text(least) + " .. " + order_text(most), 15) + "   " +
+         verdict(observed, count, exceptions) + '\n';
+}
+
+/// Rounding shows where the error of the smallest spacing is well above the curve's least.
+std::string rounding_line(const Curves& all, Error error) {
   int risen = 0, count = 0;
   double smallest = infinity;
   for (const auto& curve : all) {
     const Scheme& s = curve.front().scheme;
     if (s.derivative != Derivative::Laplacian || s.consistency != Consistency::Soc) continue;
-    const auto least = std::ranges::min(curve, {}, error);
-    risen += curve.back().*error > 2 * least.*error;
+    double least = infinity;
+    for (const Result& r : curve)
+      if (r.*error < least) least = r.*error;  // false for NaN
+    risen += curve.back().*error > 2 * least;
     smallest = std::min(smallest, curve.back().spacing);
     ++count;
   }
-  out << "soc, second: troubled at very small spacing   ";
-  cell("dx >= " + text(smallest, "%.1e"), 15);
-  out << "   " << (risen == 0 && smallest > 1e-5 ? "not reached" : verdict(risen, count)) << '\n';
+  const bool reached = risen > 0 || smallest < 1e-5;
+  return "soc, second: troubled at very small spacing   " +
+         padded("dx >= " + text(smallest, "%.1e"), 15) + "   " +
+         (reached ? verdict(risen, count) : "not reached") + '\n';
+}
 
+/// Fitted orders of every scheme and, claim by claim, whether the paper's conclusions were observed.
+std::string summary(const std::vector<Result>& results, const Options& options) {
+  const bool interior = options.dimension > 1;
+  const Error error = interior ? &Result::interior_l2 : &Result::l2;
+  const Curves all = curves(results);
+  std::string out = order_table(all, "all points", &Result::l2);
+  if (interior) out += order_table(all, "interior points (those in [-1/2, 1/2]^d)", error);
+  out += std::string("The paper's conclusions, by the order over ") +
+         (interior ? "interior" : "all") + " points:\n\n";
+  for (const Claim& claim : claims) out += claim_line(claim, all, error);
+  out += rounding_line(all, error);
   const auto degenerate =
       std::ranges::count_if(results, [](auto& r) { return r.degenerate_rows > 0; });
   if (degenerate > 0)
-    out << "\nIn " << degenerate << " of " << results.size()
-        << " matrices rows had to be lowered to a consistency that could be solved.\n";
-  return out.str();
+    out += "\nIn " + std::to_string(degenerate) + " of " + std::to_string(results.size()) +
+           " matrices rows had to be lowered to a consistency that could be solved.\n";
+  return out;
 }
 
 /// How the numbers came about, for whoever finds the files later.
@@ -391,10 +402,14 @@ bool run_gnuplot(const path& script) {
 }
 
 void run(const Options& options) {
+  static constexpr std::array smallest = {20, 196, 2744};
   if (options.points_max && sides(options).empty())
-    throw gradpsi::InvalidInput("--points-max " + std::to_string(*options.points_max) +
-                                " is less than the smallest cloud has");
-  std::filesystem::create_directories(options.out);
+    throw gradpsi::InvalidInput(
+        "--points-max " + std::to_string(*options.points_max) +
+        " is less than the smallest cloud has: " + std::to_string(smallest[options.dimension - 1]));
+  std::error_code failure;
+  std::filesystem::create_directories(options.out, failure);
+  if (failure) throw std::system_error(failure, "cannot create the folder " + options.out.string());
   const std::string suffix =
       options.dimension == 1 ? "" : "_" + std::to_string(options.dimension) + "d";
   const auto in_out = [&](const std::string& name) { return options.out / name; };
@@ -428,8 +443,11 @@ void add_converge(CLI::App& app) {
   auto* command = app.add_subcommand(
       "converge", "The convergence study: error against spacing for every scheme, with figures.");
   auto options = std::make_shared<Options>();
-  command->add_option("--out", options->out, "Folder for the results")->capture_default_str();
+  command->add_option("--out", options->out, "Folder for the results")
+      ->type_name("DIR")
+      ->capture_default_str();
   command->add_option("--dimension", options->dimension, "Of the domain [-1, 1]^d")
+      ->type_name("D")
       ->check(CLI::Range(1, 3))
       ->capture_default_str();
   command->add_flag("--quick", options->quick, "In 1D down to spacing 1e-4 instead of 1e-6");
@@ -437,8 +455,10 @@ void add_converge(CLI::App& app) {
       ->add_option(
           "--points-max", options->points_max,
           "The most points of a cloud [2e6, 5e5, 7e4 in 1, 2, 3D; --quick: 2e4, 3e4, 2.5e4]")
-      ->check(CLI::PositiveNumber);
+      ->type_name("N")
+      ->check(CLI::Range(1, 2147483646));
   command->add_option("--threads", options->threads, "0: as many as there are")
+      ->type_name("N")
       ->capture_default_str();
   command->footer("Example: gradpsi converge --quick --out results");
   command->callback([options] { run(*options); });

@@ -26,6 +26,10 @@ orders(consistency) = consistency eq "zoc" ? (kind eq "gradient" ? "none" : "-1"
 slope_dash(order) = order eq "-1" ? 3 : order eq "1" ? 1 : 4
 
 stats csv skip 1 using 5 name "X" nooutput
+if (X_max / X_min < 30) {
+  set xtics 0.05, 2
+  set format x "%g"
+}
 
 do for [format in "svg png"] {
   do for [figure = 1:2] {

@@ -11,6 +11,7 @@ using std::filesystem::path;
 
 void run(const OperatorOptions& options, const std::string& field, const path& output) {
   const gradpsi::Scheme scheme = options.scheme;
+  check_outputs(options, {output});
   Problem problem = read_points(options);
   gradpsi::Table& table = problem.table;
   const Eigen::VectorXd u = table.column(field);
@@ -26,7 +27,7 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
     const std::array suffixes = {"_x", "_y", "_z"};
     for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
   }
-  write_and_report(options, problem, output, [&] {
+  write_and_report(options, problem, {output}, [&] {
     output.extension() == ".vtu" ? write_vtu(output, table) : write_csv(output, table);
   });
 }
@@ -40,11 +41,14 @@ void add_derive(CLI::App& app) {
   auto field = std::make_shared<std::string>();
   auto output = std::make_shared<path>();
   options->add_to(*command);
-  command->add_option("--field", *field, "The column to differentiate")->required();
+  command->add_option("--field", *field, "The column to differentiate")
+      ->type_name("COLUMN")
+      ->required();
   command
       ->add_option("-o", *output,
                    "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
                    "(gradient) or lap_FIELD (Laplacian)")
+      ->type_name("OUT")
       ->required()
       ->check([](const std::string& name) {
         const auto extension = path(name).extension();

@@ -18,6 +18,14 @@ std::string usage(const CLI::App& app) {
   return begin == help.npos ? "" : help.substr(begin, help.find('\n', begin) - begin);
 }
 
+/// What was wrong with the command line; CLI11 does not name an unknown subcommand.
+std::string complaint(const CLI::App& app, const CLI::ParseError& error, int argc, char** argv) {
+  if (!app.get_subcommands().empty() || argc < 2 || argv[1][0] == '-') return error.what();
+  std::string text = "unknown subcommand '" + std::string(argv[1]) + "'; valid:";
+  for (const auto* command : app.get_subcommands({})) text += ' ' + command->get_name();
+  return text;
+}
+
 int fail(const std::string& message) {
   std::cerr << "error: " << message << '\n';
   return 1;
@@ -26,7 +34,8 @@ int fail(const std::string& message) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe becomes a failed write
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe or a limit on sizes becomes a failed write
+  std::signal(SIGXFSZ, SIG_IGN);
 
   CLI::App app("Sparse gradient and Laplacian matrices of point clouds, by SPH-like schemes.",
                "gradpsi");
@@ -45,7 +54,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "error: " << error.what() << '\n' << usage(app) << '\n';
+    std::cerr << "error: " << complaint(app, error, argc, argv) << '\n' << usage(app) << '\n';
     return 2;
   } catch (const std::bad_alloc&) {
     return fail("out of memory");

@@ -2,13 +2,18 @@
 
 #include <omp.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <iostream>
+#include <sstream>
 #include <utility>
 
 using gradpsi::InvalidInput;
+using std::filesystem::path;
 
 namespace {
 
@@ -25,14 +30,20 @@ class Stopwatch {
   Clock::time_point last_ = Clock::now();
 };
 
+std::string text(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
+
 gradpsi::CloudOptions cloud_options(const OperatorOptions& options, const gradpsi::Table& table) {
   gradpsi::CloudOptions result;
   if (options.volume) {
-    if (!(*options.volume > 0)) throw InvalidInput("--volume must be > 0");
+    if (!(*options.volume > 0 && std::isfinite(*options.volume)))
+      throw InvalidInput("--volume must be > 0 and finite, not " + text(*options.volume));
     result.volumes = Eigen::VectorXd::Constant(table.values.rows(), *options.volume);
   }
-  if (options.periodic.size() > 3) throw InvalidInput("--periodic takes at most three lengths");
-  std::ranges::copy(options.periodic, result.box.begin());
+  result.box = options.periodic;
   return result;
 }
 
@@ -43,19 +54,43 @@ Eigen::VectorXd supports(const OperatorOptions& options, const gradpsi::Table& t
   if (!options.support_ratio)
     throw InvalidInput(options.points.string() +
                        " has no column 'support': give --support or --support-ratio");
-  if (!(*options.support_ratio > 0)) throw InvalidInput("--support-ratio must be > 0");
+  if (!(*options.support_ratio > 0 && std::isfinite(*options.support_ratio)))
+    throw InvalidInput("--support-ratio must be > 0 and finite, not " +
+                       text(*options.support_ratio));
   if (cloud.size() == 0) return {};  // no rows, no supports
-  return Eigen::VectorXd::Constant(1, *options.support_ratio * cloud.spacing());
+  return Eigen::VectorXd::Constant(1, *options.support_ratio * cloud.spacing(options.threads));
 }
 
 nlohmann::ordered_json neighbour_counts(const gradpsi::Neighbours& near) {
   std::vector<int> counts(near.size());
   for (int i = 0; i < near.size(); ++i) counts[i] = near.count(i);
-  if (counts.empty()) return {{"min", 0}, {"median", 0}, {"max", 0}};
-  const auto middle = counts.begin() + near.size() / 2;
-  std::ranges::nth_element(counts, middle);
-  return {
-      {"min", std::ranges::min(counts)}, {"median", *middle}, {"max", std::ranges::max(counts)}};
+  if (counts.empty()) counts = {0};
+  std::ranges::sort(counts);
+  const int twice_median = counts[(counts.size() - 1) / 2] + counts[counts.size() / 2];
+  nlohmann::ordered_json median = twice_median / 2;
+  if (twice_median % 2 != 0) median = twice_median / 2.0;
+  return {{"min", counts.front()}, {"median", median}, {"max", counts.back()}};
+}
+
+/// Whether both names lead to one existing file, pipe or device.
+bool same_file(const path& a, const path& b) {
+  struct stat first, second;
+  return ::stat(a.c_str(), &first) == 0 && ::stat(b.c_str(), &second) == 0 &&
+         first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+}
+
+/// LX[,LY[,LZ]]
+std::array<double, 3> lengths(const std::string& text) {
+  std::array<double, 3> result = {0, 0, 0};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (double& length : result) {
+    const auto [rest, error] = std::from_chars(at, end, length);
+    if (error != std::errc() || (rest != end && *rest != ',')) break;
+    if (rest == end) return result;
+    at = rest + 1;
+  }
+  throw CLI::ValidationError("--periodic", "expected LX[,LY[,LZ]], not '" + text + "'");
 }
 
 }  // namespace
@@ -64,41 +99,55 @@ void OperatorOptions::add_to(CLI::App& command) {
   command
       .add_option("POINTS", points,
                   "CSV with a header: x, y, z; volume and support if there are; fields")
+      ->type_name("CSV")
       ->required();
-  command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")->required();
-  auto* absolute = command.add_option("--support", support, "Support radius h, a length");
+  command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")
+      ->type_name("NAME")
+      ->required();
+  auto* absolute =
+      command.add_option("--support", support, "Support radius h, a length")->type_name("H");
   command
       .add_option("--support-ratio", support_ratio,
                   "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
                   "volumes the median distance to the nearest point. A column `support`, one h a\n"
                   "point, goes before either")
+      ->type_name("K")
       ->excludes(absolute);
   std::string names;
   for (const auto& k : gradpsi::kernels())
     names += (names.empty() ? "" : ", ") + std::string(k.name);
-  command.add_option("--kernel", kernel, "One of " + names)->capture_default_str();
-  command.add_option(
-      "--volume", volume,
-      "Every point's volume, where there is no column `volume`; without either, the\n"
-      "number density 1 / sum_j W_ij is used");
+  command.add_option("--kernel", kernel, "One of " + names)
+      ->type_name("NAME")
+      ->capture_default_str();
   command
-      .add_option("--periodic", periodic,
-                  "LX[,LY[,LZ]]: lengths of a box from the origin; 0: open in that direction")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+      .add_option("--volume", volume,
+                  "Every point's volume, where there is no column `volume`; without either, the\n"
+                  "number density 1 / sum_j W_ij is used")
+      ->type_name("V");
+  command
+      .add_option_function<std::string>(
+          "--periodic", [this](const std::string& text) { periodic = lengths(text); },
+          "Lengths of a box from the origin; 0: open in that direction")
+      ->type_name("LX[,LY[,LZ]]");
   command
       .add_option("--on-degenerate", on_degenerate,
                   "Rows whose moment system cannot be solved: fail, lower their consistency, or\n"
                   "leave them zero")
+      ->type_name("POLICY")
       ->check(CLI::IsMember({"fail", "lower", "zero"}))
       ->capture_default_str();
   command
       .add_option("--duplicates", duplicates,
                   "Coincident points: error, or drop all but the first of each group")
+      ->type_name("POLICY")
       ->check(CLI::IsMember({"error", "drop"}))
       ->capture_default_str();
-  command.add_option("--threads", threads, "0: as many as there are")->capture_default_str();
-  command.add_option("--report", report, "Write sizes, times and memory to this JSON file");
+  command.add_option("--threads", threads, "0: as many as there are")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  command.add_option("--report", report, "Write sizes, times and memory to this JSON file")
+      ->type_name("FILE.json");
 }
 
 Problem read_points(const OperatorOptions& options) {
@@ -130,19 +179,43 @@ void assemble(const OperatorOptions& options, Problem& problem) {
                        : options.on_degenerate == "lower" ? gradpsi::OnDegenerate::Lower
                                                           : gradpsi::OnDegenerate::Zero,
       .threads = options.threads};
-  const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
   Stopwatch watch;
+  const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
   const auto near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   problem.report["seconds"]["search"] = watch.lap();
-  problem.op = gradpsi::assemble(options.scheme, problem.cloud, near, assembly);
+  try {
+    problem.op = gradpsi::assemble(options.scheme, problem.cloud, near, assembly);
+  } catch (const gradpsi::StencilError& error) {
+    if (problem.report["dropped_points"] == 0) throw;
+    throw std::runtime_error(std::string(error.what()) + " (the dropped points are not counted)");
+  }
   problem.report["seconds"]["weights"] = watch.lap();
   problem.report["entries"] = problem.op.matrix().nonZeros();
   problem.report["neighbours"] = neighbour_counts(near);
   problem.report["degenerate_rows"] = problem.op.rows.degenerate();
 }
 
+void check_outputs(const OperatorOptions& options, std::vector<path> files) {
+  if (!options.report.empty()) files.push_back(options.report);
+  std::error_code ignored;
+  for (const path& file : files) {
+    const path folder = file.has_parent_path() ? file.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder, ignored))
+      throw InvalidInput("cannot write " + file.string() + ": there is no folder " +
+                         folder.string());
+    if (std::filesystem::is_directory(file, ignored))
+      throw InvalidInput("cannot write " + file.string() + ": it is a folder");
+    if (same_file(file, options.points))
+      throw InvalidInput(file.string() + " is the file of the points; it is not overwritten");
+  }
+  for (path& file : files) file = std::filesystem::weakly_canonical(file, ignored);
+  std::ranges::sort(files);
+  if (const auto twice = std::ranges::adjacent_find(files); twice != files.end())
+    throw InvalidInput("the result and the report are both to be written to " + twice->string());
+}
+
 void write_and_report(const OperatorOptions& options, Problem& problem,
-                      const std::filesystem::path& output, const std::function<void()>& write) {
+                      const std::vector<path>& files, const std::function<void()>& write) {
   Stopwatch watch;
   write();
   auto& report = problem.report;
@@ -152,15 +225,24 @@ void write_and_report(const OperatorOptions& options, Problem& problem,
   report["peak_bytes"] = usage.ru_maxrss * 1024L;
   if (!options.report.empty()) gradpsi::write_text(options.report, report.dump(2) + "\n");
 
+  for (const path& file : files)
+    if (same_file(file, "/dev/stdout")) return;
   std::cout << options.scheme << ": " << report["points"] << " points, " << report["entries"]
-            << " entries a matrix, written to " << output.string() << '\n';
+            << " entries a matrix, written to";
+  for (const path& file : files) std::cout << ' ' << file.string();
+  std::cout << '\n';
   if (report["dropped_points"] > 0)
-    std::cout << report["dropped_points"] << " coincident points dropped\n";
+    std::cout << "coincident points dropped: " << report["dropped_points"] << '\n';
   if (const auto& rows = problem.op.rows; rows.degenerate() > 0) {
     using gradpsi::RowOutcome;
     const auto count = [&](RowOutcome o) { return std::ranges::count(rows.outcome, o); };
-    std::cout << rows.degenerate() << " degenerate rows: " << count(RowOutcome::LoweredToFoc)
-              << " lowered to foc, " << count(RowOutcome::LoweredToZoc) << " lowered to zoc, "
-              << count(RowOutcome::Zero) << " zero\n";
+    std::cout << "degenerate rows: " << rows.degenerate() << ", of them "
+              << count(RowOutcome::LoweredToFoc) << " lowered to foc, "
+              << count(RowOutcome::LoweredToZoc) << " lowered to zoc, " << count(RowOutcome::Zero)
+              << " zero; points";
+    int listed = 0;
+    for (std::size_t i = 0; i < rows.outcome.size() && listed < 10; ++i)
+      if (rows.outcome[i] != RowOutcome::AsAsked) std::cout << ' ' << i, ++listed;
+    std::cout << (listed < rows.degenerate() ? " ...\n" : "\n");
   }
 }

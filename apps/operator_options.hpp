@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <gradpsi/gradpsi.hpp>
@@ -15,7 +16,7 @@ struct OperatorOptions {
   std::string scheme;
   std::optional<double> support, support_ratio, volume;
   std::string kernel = std::string(gradpsi::kernels().front().name);
-  std::vector<double> periodic;
+  std::array<double, 3> periodic = {0, 0, 0};
   std::string on_degenerate = "fail";
   std::string duplicates = "error";
   int threads = 0;
@@ -38,7 +39,12 @@ Problem read_points(const OperatorOptions& options);
 /// Finds the neighbours and assembles the operator.
 void assemble(const OperatorOptions& options, Problem& problem);
 
-/// Calls write(), adds its time and the peak memory to the report, writes it where --report says,
-/// and prints a line about the result.
+/// Throws unless the files can be written, as far as can be told beforehand, and are neither the points
+/// nor the report nor one another. To be called before long work.
+void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::path> files);
+
+/// Calls write(), adds its time and the peak memory to the report, writes it where --report says, and
+/// prints what was written unless that went to standard output itself.
 void write_and_report(const OperatorOptions& options, Problem& problem,
-                      const std::filesystem::path& output, const std::function<void()>& write);
+                      const std::vector<std::filesystem::path>& files,
+                      const std::function<void()>& write);

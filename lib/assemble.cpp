@@ -7,6 +7,7 @@
 #include <string>
 
 #include "box.hpp"
+#include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
 #include "moments.hpp"
@@ -20,23 +21,20 @@ namespace {
 double scaled_phi(const Scheme& scheme, int d, const Profile& p, double q) {
   const bool gradient = scheme.derivative == Derivative::Gradient;
   switch (scheme.weight) {
-    case Weight::Direct:
-      return gradient ? -p.dw_over_q : p.d2w + (d - 1) * p.dw_over_q;
-    case Weight::Diffuse:
-      return (gradient ? d : 2 * d) * p.w / (q * q);
-    case Weight::DiffuseNs:
-      return (gradient ? 1 : 2) * p.w / q;
-    case Weight::Mixed:
-      return -2 * p.dw_over_q;
+    case Weight::Direct: return gradient ? -p.dw_over_q : p.d2w + (d - 1) * p.dw_over_q;
+    case Weight::Diffuse: return (gradient ? d : 2 * d) * p.w / (q * q);
+    case Weight::DiffuseNs: return (gradient ? 1 : 2) * p.w / q;
+    case Weight::Mixed: return -2 * p.dw_over_q;
   }
   return 0;
 }
 
-/// One row of an operator, K = d (gradient) or 1 (Laplacian) numbers per neighbour. Its memory is
-/// used again for the next row.
-template <int D, int K>
+/// One row of an operator. Its memory is used again for the next row.
+template <int D, Derivative Which>
 class Row {
  public:
+  static constexpr int K = Which == Derivative::Gradient ? D : 1;  // numbers per neighbour
+
   Row(const Scheme& scheme, const Kernel& kernel) : scheme_(scheme), kernel_(kernel) {}
 
   /// Takes up the neighbours of point i with their weights omega_j phi(r).
@@ -59,11 +57,10 @@ class Row {
   /// condition number, 0 if it is singular, 1 if there is none.
   double solve(Consistency consistency) {
     if (n_ == 0) return 0;
-    if constexpr (K == D) {  // in one dimension a Laplacian, too, has one number per neighbour
-      if (scheme_.derivative == Derivative::Gradient) return solve_gradient(consistency);
-    }
-    if constexpr (K == 1) return solve_laplacian(consistency);
-    return 0;
+    if constexpr (Which == Derivative::Gradient)
+      return solve_gradient(consistency);
+    else
+      return solve_laplacian(consistency);
   }
 
   /// a_ij, n x K, of the last solve().
@@ -80,15 +77,13 @@ class Row {
   /// scaled_phi lacks h^2 (diffuse-ns: h); the gradient's r_ij = h s gives one h back.
   double zoc_factor() const {
     return (scheme_.weight == Weight::DiffuseNs ? h_ : 1) /
-           (scheme_.derivative == Derivative::Gradient ? h_ : h_ * h_);
+           (Which == Derivative::Gradient ? h_ : h_ * h_);
   }
 
   double solve_gradient(Consistency consistency) {
     switch (consistency) {
-      case Consistency::Zoc:
-        return emit<Linear<D>>(zoc_factor() * Matrix<D, K>::Identity());
-      case Consistency::Foc:
-        return correct<Linear<D>, Linear<D>>(Matrix<D, K>::Identity() / h_);
+      case Consistency::Zoc: return emit<Linear<D>>(zoc_factor() * Matrix<D, K>::Identity());
+      case Consistency::Foc: return correct<Linear<D>, Linear<D>>(Matrix<D, K>::Identity() / h_);
       case Consistency::Soc:
         return correct<Quadratic<D>, Quadratic<D>>(Matrix<quadratic_size<D>, K>::Identity() / h_);
     }
@@ -112,7 +107,8 @@ class Row {
     Trial::fill(s(), q(), t);
     const Columns p = definite ? t : test_.columns(n_, m);
     if (!definite) Test::fill(s(), q(), p);
-    const auto inverse = invert<definite>(moments<m>(weight(), p, t, weighted_.columns(n_, m)));
+    const auto inverse =
+        invert<definite>(moments<definite, m>(weight(), p, t, weighted_.columns(n_, m)));
     combine<m>(t, inverse.matrix * rhs);
     return inverse.reciprocal_condition;
   }
@@ -162,8 +158,8 @@ std::vector<Step> ladder(const Scheme& scheme, OnDegenerate policy) {
   return steps;
 }
 
-template <int D, int K>
-Solved solve_row(Row<D, K>& row, const std::vector<Step>& steps) {
+template <class Row>
+Solved solve_row(Row& row, const std::vector<Step>& steps) {
   double asked = 0;
   for (const Step& step : steps) {
     const double reciprocal_condition = row.solve(step.consistency);
@@ -194,10 +190,11 @@ void set_pattern(SparseMatrix& matrix, const Neighbours& near, const std::vector
   });
 }
 
-template <int D, int K>
+template <int D, Derivative Which>
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                   const Eigen::VectorXd& volumes, const std::vector<int>& rows,
                   const AssemblyOptions& options) {
+  constexpr int K = Row<D, Which>::K;
   const int m = static_cast<int>(rows.size());
   Operator result;
   result.axes.resize(K);
@@ -209,7 +206,7 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
   const auto steps = ladder(scheme, options.on_degenerate);
   parallel_chunks(
       m, 512, options.threads,
-      [&, row = Row<D, K>(scheme, options.kernel)](int begin, int end) mutable {
+      [&, row = Row<D, Which>(scheme, options.kernel)](int begin, int end) mutable {
         for (int k = begin; k < end; ++k) {
           const int i = rows[k];
           const auto neighbours = near.of(i);
@@ -225,7 +222,7 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
           for (int axis = 0; axis < K; ++axis) {
             const double* const a = weights.col(axis).data();
             double* const entry = std::copy_n(a, before, result.axes[axis].valuePtr() + offsets[k]);
-            *entry = -weights.col(axis).sum();
+            *entry = 0 - weights.col(axis).sum();  // 0, not -0, in a row left zero
             std::copy(a + before, a + near.count(i), entry + 1);
           }
         }
@@ -233,11 +230,11 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
   return result;
 }
 
-void check(const Cloud& cloud, const Neighbours& near, const AssemblyOptions& options) {
+void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
+           const AssemblyOptions& options) {
+  static_cast<void>(Scheme(name(scheme)));  // throws unless it is one of schemes()
   checked_threads(options.threads);
-  if (near.size() != cloud.size())
-    throw InvalidInput("the neighbours are of " + std::to_string(near.size()) +
-                       " points, the cloud has " + std::to_string(cloud.size()));
+  check_match(cloud, near);
   if (!options.rows) return;
   std::int64_t entries = 0;
   for (const int i : *options.rows) {
@@ -251,7 +248,17 @@ void check(const Cloud& cloud, const Neighbours& near, const AssemblyOptions& op
                        " entries, more than 2^31 - 1");
 }
 
-void throw_if_degenerate(const Scheme& scheme, const std::vector<int>& rows,
+/// The unknowns of a row's moment system; 0 if there is none.
+int unknowns(const Scheme& scheme, int dimension) {
+  switch (scheme.consistency) {
+    case Consistency::Zoc: return 0;
+    case Consistency::Foc: return dimension;
+    case Consistency::Soc: return dimension * (dimension + 3) / 2;
+  }
+  return 0;
+}
+
+void throw_if_degenerate(const Scheme& scheme, int dimension, const std::vector<int>& rows,
                          const RowReport& report) {
   const int count = report.degenerate();
   if (count == 0) return;
@@ -260,7 +267,10 @@ void throw_if_degenerate(const Scheme& scheme, const std::vector<int>& rows,
       report.outcome.begin();
   const int neighbours = report.neighbours[first];
   const double rcond = report.reciprocal_condition[first];
-  const std::string why = neighbours == 0           ? "it has no neighbour"
+  const int needed = unknowns(scheme, dimension);
+  const std::string why = neighbours == 0 ? "it has no neighbour"
+                          : neighbours < needed
+                              ? "at least " + std::to_string(needed) + " neighbours are needed"
                           : rcond >= singular_below ? "its weights are not finite"
                                                     : "its moment system is singular";
   throw StencilError(name(scheme) + " cannot be computed at point " + std::to_string(rows[first]) +
@@ -279,7 +289,7 @@ int RowReport::degenerate() const {
 
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                   const AssemblyOptions& options) {
-  check(cloud, near, options);
+  check(scheme, cloud, near, options);
   std::vector<int> rows;
   if (options.rows) {
     rows = *options.rows;
@@ -295,10 +305,11 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
   Operator result = dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     return scheme.derivative == Derivative::Gradient
-               ? assemble<D, D>(scheme, cloud, near, volumes, rows, options)
-               : assemble<D, 1>(scheme, cloud, near, volumes, rows, options);
+               ? assemble<D, Derivative::Gradient>(scheme, cloud, near, volumes, rows, options)
+               : assemble<D, Derivative::Laplacian>(scheme, cloud, near, volumes, rows, options);
   });
-  if (options.on_degenerate == OnDegenerate::Fail) throw_if_degenerate(scheme, rows, result.rows);
+  if (options.on_degenerate == OnDegenerate::Fail)
+    throw_if_degenerate(scheme, cloud.dimension(), rows, result.rows);
   return result;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
 
 namespace gradpsi {
 
@@ -12,13 +11,12 @@ using Columns = Eigen::Map<Eigen::ArrayXXd>;
 class Buffer {
  public:
   Columns columns(int n, int c) {
-    if (memory_.size() < static_cast<std::size_t>(n) * c)
-      memory_.resize(static_cast<std::size_t>(n) * c);
+    if (memory_.size() < Eigen::Index{n} * c) memory_.resize(Eigen::Index{n} * c);
     return {memory_.data(), n, c};
   }
 
  private:
-  std::vector<double> memory_;
+  Eigen::ArrayXd memory_;  // aligned: the order of vectorised sums depends on it
 };
 
 // Functions of the scaled displacement s = r_ij / h, q = |s|, that a scheme's weights are made of

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "gradpsi/cloud.hpp"
 
@@ -10,12 +12,19 @@ namespace gradpsi {
 template <int D>
 using Vector = Eigen::Matrix<double, D, 1>;
 
-/// The image of coordinate x in [0, length); x itself in an open direction (length 0).
-inline double wrapped(double x, double length) {
-  if (length == 0) return x;
-  const double y = x - length * std::floor(x / length);
-  return y < length ? y : 0;  // rounding can give y = length
-}
+/// The positions, in periodic directions their images in [0, length). Those are rounded to the last
+/// digit of the largest coordinate, so that points given as 0.1 and 1.1 in a box of 1 coincide.
+Positions wrapped_positions(const Cloud& cloud);
+
+/// "(x, y)" of point i, for messages.
+std::string coordinates(const Positions& x, Eigen::Index i);
+
+/// Points that have the position of another one of a lower number.
+struct Coincidences {
+  std::vector<int> points;  // ascending
+  int first_partner = 0;    // the first point's
+};
+Coincidences coincidences(const Cloud& cloud);
 
 /// r_ij = x_j - x_i, in periodic directions to the nearest image of j.
 template <int D>

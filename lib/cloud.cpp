@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -16,12 +17,6 @@
 
 namespace gradpsi {
 namespace {
-
-std::string coordinates(const Positions& x, Eigen::Index i) {
-  std::string text = "(";
-  for (Eigen::Index a = 0; a < x.cols(); ++a) text += (a > 0 ? ", " : "") + shortest(x(i, a));
-  return text + ")";
-}
 
 void check_positions(const Positions& x) {
   if (x.cols() < 1 || x.cols() > 3)
@@ -64,38 +59,76 @@ Cloud::Cloud(Positions positions, CloudOptions options)
   check_box(box_, dimension());
 }
 
-double Cloud::spacing() const {
+double Cloud::spacing(int threads) const {
   if (has_volumes()) return std::pow(volumes_.mean(), 1.0 / dimension());
   if (size() < 2)
     throw InvalidInput("the spacing of " + std::to_string(size()) +
                        " point(s) without volumes is not defined");
-  const double spacing = median(nearest_distances(*this));
+  const double spacing = median(nearest_distances(*this, threads));
   if (!(spacing > 0))
     throw InvalidInput("most points coincide with another one; their spacing is 0");
   return spacing;
 }
 
-std::vector<int> distinct_points(const Cloud& cloud) {
-  Positions x = cloud.positions();
-  for (int a = 0; a < cloud.dimension(); ++a)
-    for (int i = 0; i < cloud.size(); ++i) x(i, a) = wrapped(x(i, a), cloud.box()[a]);
+std::string coordinates(const Positions& x, Eigen::Index i) {
+  std::string text = "(";
+  for (Eigen::Index a = 0; a < x.cols(); ++a) text += (a > 0 ? ", " : "") + shortest(x(i, a));
+  return text + ")";
+}
 
-  std::vector<int> order(cloud.size());
-  std::iota(order.begin(), order.end(), 0);
+Positions wrapped_positions(const Cloud& cloud) {
+  Positions x = cloud.positions();
+  for (int a = 0; a < cloud.dimension() && cloud.size() > 0; ++a) {
+    const double length = cloud.box()[a];
+    if (length == 0) continue;
+    const double largest = std::max(length, x.col(a).cwiseAbs().maxCoeff());
+    const double last_digit = std::ldexp(1.0, std::ilogb(largest) - 52);
+    for (int i = 0; i < cloud.size(); ++i) {
+      double y = x(i, a) - length * std::floor(x(i, a) / length);
+      y = last_digit * std::nearbyint(y / last_digit);
+      x(i, a) = y < length ? y : 0;
+    }
+  }
+  return x;
+}
+
+Coincidences coincidences(const Cloud& cloud) {
+  const Positions x = wrapped_positions(cloud);
   const auto compare = [&](int i, int j) {
     for (Eigen::Index a = 0; a < x.cols(); ++a)
       if (x(i, a) != x(j, a)) return x(i, a) < x(j, a) ? -1 : 1;
     return 0;
   };
+  std::vector<int> order(cloud.size());
+  std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int i, int j) {
     const int c = compare(i, j);
     return c != 0 ? c < 0 : i < j;
   });
-  order.erase(
-      std::unique(order.begin(), order.end(), [&](int i, int j) { return compare(i, j) == 0; }),
-      order.end());
-  std::sort(order.begin(), order.end());
-  return order;
+  Coincidences result;
+  int first = 0;
+  int group = 0;  // where in `order` the current group of coincident points begins
+  for (int k = 1; k < cloud.size(); ++k) {
+    if (compare(order[group], order[k]) != 0) {
+      group = k;
+      continue;
+    }
+    if (result.points.empty() || order[k] < first) {
+      first = order[k];
+      result.first_partner = order[group];
+    }
+    result.points.push_back(order[k]);
+  }
+  std::ranges::sort(result.points);
+  return result;
+}
+
+std::vector<int> distinct_points(const Cloud& cloud) {
+  const std::vector<int> dropped = coincidences(cloud).points;
+  std::vector<int> all(cloud.size()), kept;
+  std::iota(all.begin(), all.end(), 0);
+  std::ranges::set_difference(all, dropped, std::back_inserter(kept));
+  return kept;
 }
 
 Cloud make_cloud(const Lattice& lattice) {

@@ -44,11 +44,13 @@ class Descriptor {
   int fd_;
 };
 
-/// Writes beside `file` and takes its place on commit(); without it, nothing remains. What is not
-/// a regular file (a pipe, /dev/stdout) is written directly.
+/// Writes beside `file` and takes its place on commit(); without it, nothing remains. Links are
+/// followed. What is not a regular file, or named by a link into /dev or /proc such as /dev/stdout, is
+/// written directly.
 class Output {
  public:
-  explicit Output(path file) : file_(std::move(file)), temporary_(temporary(file_)), fd_(open()) {}
+  explicit Output(const path& file)
+      : file_(target(file)), temporary_(temporary(file_)), fd_(open()) {}
   ~Output() {
     if (!temporary_.empty()) ::unlink(temporary_.c_str());
   }
@@ -78,10 +80,22 @@ class Output {
   }
 
  private:
+  static bool is_of_the_system(const path& file) {
+    return file.string().starts_with("/dev/") || file.string().starts_with("/proc/");
+  }
+  static path target(path file) {
+    std::error_code ignored;
+    for (int links = 0; links < 40 && std::filesystem::is_symlink(file, ignored); ++links) {
+      if (is_of_the_system(file)) break;
+      file = file.parent_path() / std::filesystem::read_symlink(file);
+    }
+    return file;
+  }
   static path temporary(const path& file) {
     std::error_code ignored;
     const auto status = std::filesystem::status(file, ignored);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) return {};
+    const bool regular = std::filesystem::is_regular_file(status) && !is_of_the_system(file);
+    if (std::filesystem::exists(status) && !regular) return {};
     path name = file;
     name += ".part" + std::to_string(::getpid());
     return name;
@@ -90,6 +104,8 @@ class Output {
     const path& name = temporary_.empty() ? file_ : temporary_;
     const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd < 0) throw_system("cannot write", file_);
+    struct stat old;  // whose permissions the new file keeps
+    if (!temporary_.empty() && ::stat(file_.c_str(), &old) == 0) ::fchmod(fd, old.st_mode & 07777);
     return Descriptor(fd);
   }
   void flush() {
@@ -195,8 +211,21 @@ void for_each_cell(std::string_view line, const Visit& visit) {
   }
 }
 
+/// Whether text is UTF-8 without control characters: what XML and terminals can take.
+bool is_text(std::string_view text) {
+  int following = 0;
+  for (const unsigned char c : text) {
+    if (following > 0 ? (c & 0xC0) != 0x80
+                      : (c < 0x20 && c != '\t') || c == 0x7F || (c & 0xC0) == 0x80 || c > 0xF7)
+      return false;
+    following = following > 0 ? following - 1 : c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC0 ? 1 : 0;
+  }
+  return following == 0;
+}
+
 std::vector<std::string> header(std::string_view line, const std::string& place) {
   if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+  if (!is_text(line)) throw InvalidInput(place + "the header is not UTF-8 text");
   std::vector<std::string> names;
   for_each_cell(line, [&](std::string_view cell) {
     if (cell.size() >= 2 && cell.starts_with('"') && cell.ends_with('"'))
@@ -211,7 +240,10 @@ std::vector<std::string> header(std::string_view line, const std::string& place)
 
 /// At most so much of a cell in a message that it stays readable.
 std::string excerpt(std::string_view text) {
-  return std::string(text.substr(0, 40)) + (text.size() > 40 ? "..." : "");
+  std::string shown(text.substr(0, 40));
+  std::ranges::replace_if(
+      shown, [](unsigned char c) { return c < 0x20 || c > 0x7E; }, '?');
+  return shown + (text.size() > 40 ? "..." : "");
 }
 
 void parse_row(std::string_view line, const std::vector<std::string>& names,
@@ -219,9 +251,10 @@ void parse_row(std::string_view line, const std::vector<std::string>& names,
   std::size_t columns = 0;
   for_each_cell(line, [&](std::string_view cell) {
     if (columns++ >= names.size()) return;
-    if (cell.starts_with('+')) cell.remove_prefix(1);
+    std::string_view digits = cell;
+    if (cell.starts_with('+') && !cell.starts_with("+-")) digits.remove_prefix(1);
     double x;
-    const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), x);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
     if (error == std::errc::result_out_of_range)
       throw InvalidInput(place + "column '" + names[columns - 1] + "': " + excerpt(cell) +
                          " is beyond the range of a double");

@@ -10,17 +10,16 @@
 
 namespace gradpsi {
 
-/// sum_j weight_j p_k(j) t_l(j) for each column k of p and l of t; where p and t are the same, the
-/// matrix is symmetric. `weighted` is memory for weight times p.
-template <int M>
+/// sum_j weight_j p_k(j) t_l(j) for each column k of p and l of t, which are the same if Symmetric.
+/// `weighted` is memory for weight times p.
+template <bool Symmetric, int M>
 Eigen::Matrix<double, M, M> moments(const Columns& weight, const Columns& p, const Columns& t,
                                     Columns weighted) {
-  const bool symmetric = p.data() == t.data();
   weighted = p.colwise() * weight.col(0);
   Eigen::Matrix<double, M, M> A;
   for (int l = 0; l < M; ++l)
     for (int k = 0; k < M; ++k)
-      A(k, l) = symmetric && k < l ? A(l, k) : (weighted.col(k) * t.col(l)).sum();
+      A(k, l) = Symmetric && k < l ? A(l, k) : (weighted.col(k) * t.col(l)).sum();
   return A;
 }
 

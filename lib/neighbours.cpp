@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "box.hpp"
+#include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
 #include "median.hpp"
@@ -21,7 +23,7 @@ namespace {
 
 constexpr int leaf_size = 24;         // points; measured: flat between 16 and 32
 constexpr int leaves_per_chunk = 64;  // one task of a thread
-constexpr int leaves_for_estimate = 16;
+constexpr int leaves_for_estimate = 64;
 
 template <int D>
 using Point = std::array<double, D>;
@@ -94,15 +96,15 @@ class Tree {
 #endif
 
   static std::vector<Point<D>> scaled(const Cloud& cloud, int exponent) {
+    const Positions wrapped = wrapped_positions(cloud);
     std::vector<Point<D>> x(cloud.size());
     for (int i = 0; i < cloud.size(); ++i)
       for (int a = 0; a < D; ++a) {
-        x[i][a] = std::ldexp(wrapped(cloud.positions()(i, a), cloud.box()[a]), -exponent);
+        x[i][a] = std::ldexp(wrapped(i, a), -exponent);
         if (!std::isfinite(x[i][a]))
-          throw InvalidInput("a support of " + shortest(std::ldexp(1.0, exponent)) +
-                             " is lost in the rounding of coordinates such as " +
-                             shortest(cloud.positions()(i, a)) + " (point " + std::to_string(i) +
-                             ")");
+          throw InvalidInput("a support near " + shortest(std::ldexp(1.0, exponent)) +
+                             " is lost in the rounding of point " + std::to_string(i) + " at " +
+                             coordinates(cloud.positions(), i));
       }
     return x;
   }
@@ -159,17 +161,6 @@ void for_each_image(const Point<D>& box, const Visit& visit) {
 template <int D>
 class LeafSearch {
  public:
-  struct Coincidences {
-    int count = 0;  // points that coincide with one of a lower number
-    int first = std::numeric_limits<int>::max();
-    int partner = 0;
-
-    void merge(const Coincidences& other) {
-      count += other.count;
-      if (other.first < first) first = other.first, partner = other.partner;
-    }
-  };
-
   void gather(const Tree<D>& tree, Leaf leaf, double reach) {
     Point<D> low = tree.point(leaf.begin);
     Point<D> high = low;
@@ -196,9 +187,13 @@ class LeafSearch {
     }
   }
 
-  /// Appends the neighbours of point i at x, ascending, to `found`; returns how many.
-  int append(int i, const Point<D>& x, double support, std::vector<int>& found,
-             Coincidences& coincidences) {
+  /// The neighbours of point i at x, ascending, are appended to `found`, unless another point has no
+  /// distance from it.
+  struct Found {
+    std::int64_t count;
+    bool coincides;
+  };
+  Found append(int i, const Point<D>& x, double support, std::vector<int>& found) {
     const int candidates = static_cast<int>(numbers_.size());
     for (int c = 0; c < candidates; ++c) squared_[c] = square(x_[0][c] - x[0]);
     for (int a = 1; a < D; ++a)
@@ -215,9 +210,9 @@ class LeafSearch {
     }
     // At half a box, rounding can let two images of the same point pass.
     if (periodic_) end = std::unique(found.data() + before, end);
-    found.resize(end - found.data());
-    if (zeros > 1) note_coincidence(i, coincidences);
-    return static_cast<int>(found.size() - before);
+    const Found result{end - (found.data() + before), zeros > 1};
+    found.resize(result.coincides ? before : before + static_cast<std::size_t>(result.count));
+    return result;
   }
 
  private:
@@ -247,11 +242,6 @@ class LeafSearch {
     periodic_ |= candidates_.size() > before && shift != Point<D>{};
   }
 
-  void note_coincidence(int i, Coincidences& coincidences) const {
-    for (std::size_t c = 0; c < numbers_.size() && numbers_[c] < i; ++c)
-      if (squared_[c] == 0) return coincidences.merge({1, i, numbers_[c]});
-  }
-
   std::vector<Candidate> candidates_;
   std::vector<int> numbers_;
   std::array<std::vector<double>, D> x_;
@@ -276,25 +266,31 @@ void check_supports(const Cloud& cloud, const Eigen::VectorXd& supports) {
   }
 }
 
-void check_entries(double neighbours, int points, const char* about) {
-  const double entries = neighbours + points;  // with the diagonal
-  if (entries <= std::numeric_limits<int>::max()) return;
-  const double gigabytes = entries * (sizeof(int) + sizeof(double)) / 1e9;
-  throw InvalidInput(
-      "a matrix would have " + (about + shortest(std::round(entries))) + " entries and take " +
-      shortest(std::round(gigabytes)) +
-      " GB, more than 2^31 - 1 entries; is the support too large, or do many points coincide?");
+[[noreturn]] void throw_coincident(const Cloud& cloud, double support) {
+  const Coincidences all = coincidences(cloud);
+  if (all.points.empty())
+    throw InvalidInput(
+        "some points are so close together that their distance, squared, vanishes beside a support "
+        "of " +
+        shortest(support));
+  const int first = all.points.front();
+  throw InvalidInput("points " + std::to_string(all.first_partner) + " and " +
+                     std::to_string(first) + " coincide at " +
+                     coordinates(cloud.positions(), first) + "; " +
+                     std::to_string(all.points.size()) + " of " + std::to_string(cloud.size()) +
+                     " points coincide with an earlier one");
 }
 
-template <class Coincidences>
-void check_coincidences(const Coincidences& all, const Cloud& cloud) {
-  if (all.count == 0) return;
-  const auto x = cloud.positions().row(all.first);
-  std::string where;
-  for (Eigen::Index a = 0; a < x.size(); ++a) where += (a > 0 ? ", " : "") + shortest(x[a]);
-  throw InvalidInput("points " + std::to_string(all.partner) + " and " + std::to_string(all.first) +
-                     " coincide at (" + where + "); " + std::to_string(all.count) + " of " +
-                     std::to_string(cloud.size()) + " points coincide with an earlier one");
+/// Refuses what an int cannot count: neighbours and the diagonal.
+void check_entries(double neighbours, const Cloud& cloud, double support) {
+  const double entries = neighbours + cloud.size();
+  if (entries <= std::numeric_limits<int>::max()) return;
+  if (!coincidences(cloud).points.empty()) throw_coincident(cloud, support);
+  const double gigabytes = entries * (sizeof(int) + sizeof(double)) / 1e9;
+  throw InvalidInput("with support " + shortest(support) + " a matrix would have about " +
+                     shortest(std::round(entries)) + " entries and take " +
+                     shortest(std::round(gigabytes)) +
+                     " GB; at most 2^31 - 1 entries are possible: is the support too large?");
 }
 
 void check_isolation(const Cloud& cloud, const Neighbours& near) {
@@ -310,7 +306,6 @@ void check_isolation(const Cloud& cloud, const Neighbours& near) {
 
 template <int D>
 Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
-  using Coincidences = typename LeafSearch<D>::Coincidences;
   const int n = cloud.size();
   Neighbours near{Eigen::VectorXi::Zero(n + 1), {}, supports};
   if (n == 0) return near;
@@ -325,58 +320,57 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
     search.gather(tree, leaf, reach);
   };
 
-  // Before anything large is allocated: the neighbours of one point in each of a few leaves.
+  // Before anything large is allocated: the neighbours of one point in each of a few leaves. What
+  // is clearly too much is refused here, the rest is counted below.
   {
     LeafSearch<D> search;
     std::vector<int> found;
-    Coincidences ignored;
     const int samples = std::min(leaf_count, leaves_for_estimate);
     double sum = 0;
     for (int s = 0; s < samples; ++s) {
       const Leaf leaf = leaves[static_cast<std::int64_t>(s) * leaf_count / samples];
       gather(search, leaf);
       const int i = tree.number(leaf.begin);
-      sum += search.append(i, tree.point(leaf.begin), support(i), found, ignored);
+      found.clear();
+      sum += static_cast<double>(search.append(i, tree.point(leaf.begin), support(i), found).count);
     }
-    check_entries(sum / samples * n, n, "about ");
+    const double estimate = sum / samples * n;
+    if (estimate > 1.25 * std::numeric_limits<int>::max())
+      check_entries(estimate, cloud, near.supports.maxCoeff());
   }
 
-  struct Chunk {
-    std::vector<int> found;  // rows in tree order, end to end
-    Coincidences coincidences;
-  };
-  std::vector<Chunk> chunks((leaf_count + leaves_per_chunk - 1) / leaves_per_chunk);
+  std::vector<std::vector<int>> chunks(  // rows in tree order, end to end
+      (leaf_count + leaves_per_chunk - 1) / leaves_per_chunk);
+  std::atomic<std::int64_t> total = 0;
+  std::atomic<bool> coincident = false;
   parallel_chunks(leaf_count, leaves_per_chunk, threads,
                   [&, search = LeafSearch<D>()](int begin, int end) mutable {
-                    Chunk& chunk = chunks[begin / leaves_per_chunk];
+                    std::vector<int>& found = chunks[begin / leaves_per_chunk];
                     for (int l = begin; l < end; ++l) {
                       gather(search, leaves[l]);
                       for (int k = leaves[l].begin; k < leaves[l].end; ++k) {
                         const int i = tree.number(k);
-                        near.offsets[i + 1] = search.append(i, tree.point(k), support(i),
-                                                            chunk.found, chunk.coincidences);
+                        const auto row = search.append(i, tree.point(k), support(i), found);
+                        near.offsets[i + 1] = static_cast<int>(row.count);
+                        if (row.coincides) coincident = true;
                       }
                     }
+                    total += static_cast<std::int64_t>(found.size());
+                    check_entries(static_cast<double>(total), cloud, near.supports.maxCoeff());
                   });
-
-  Coincidences coincidences;
-  for (const Chunk& chunk : chunks) coincidences.merge(chunk.coincidences);
-  check_coincidences(coincidences, cloud);
-  std::int64_t total = 0;
-  for (int i = 0; i < n; ++i) total += near.offsets[i + 1];
-  check_entries(static_cast<double>(total), n, "");
+  if (coincident) throw_coincident(cloud, near.supports.maxCoeff());
   for (int i = 0; i < n; ++i) near.offsets[i + 1] += near.offsets[i];
 
-  near.indices.resize(total);
+  near.indices.resize(total.load());
   parallel_chunks(leaf_count, leaves_per_chunk, threads, [&](int begin, int end) {
-    std::vector<int>& found = chunks[begin / leaves_per_chunk].found;
+    std::vector<int>& found = chunks[begin / leaves_per_chunk];
     const int* row = found.data();
     for (int k = leaves[begin].begin; k < leaves[end - 1].end; ++k) {
       const int i = tree.number(k);
       std::copy_n(row, near.count(i), near.indices.data() + near.offsets[i]);
       row += near.count(i);
     }
-    found = {};
+    std::vector<int>().swap(found);
   });
   check_isolation(cloud, near);
   return near;
@@ -422,6 +416,7 @@ Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {
 
 Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                        const Kernel& kernel, int threads) {
+  check_match(cloud, near);
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     Eigen::VectorXd volumes(cloud.size());
@@ -432,6 +427,9 @@ Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& nea
         for (const int j : near.of(i))
           sum += kernel.profile(std::min((displacement<D>(cloud, i, j) / h).norm(), 1.0)).w;
         volumes[i] = std::pow(h, D) / (kernel.normalisation[D - 1] * sum);
+        if (!(std::isnormal(volumes[i]) && volumes[i] > 0))
+          throw InvalidInput("the number density of point " + std::to_string(i) + " with support " +
+                             shortest(h) + " is beyond the range of a double");
       }
     });
     return volumes;

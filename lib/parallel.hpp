@@ -12,7 +12,8 @@ namespace gradpsi {
 
 /// The number of threads to start for a caller who asked for `threads`, 0 leaving it to OpenMP.
 inline int checked_threads(int threads) {
-  if (threads < 0) throw InvalidInput("threads must be >= 0, not " + std::to_string(threads));
+  if (threads < 0 || threads > 1024)  // far beyond what helps, OpenMP would end the program
+    throw InvalidInput("threads must be 0 to 1024, not " + std::to_string(threads));
   return threads > 0 ? threads : omp_get_max_threads();
 }
 

@@ -82,13 +82,12 @@ Scheme Scheme::from_name(std::string_view wanted) {
 }
 
 std::string formula(const Scheme& scheme) {
+  static_cast<void>(Scheme(name(scheme)));  // throws unless it is one of schemes()
   const bool first = scheme.derivative == Gradient;
   const std::string weight = "omega_j " + phi(scheme);
   switch (scheme.consistency) {
-    case Zoc:
-      return weight + (first ? " r_ij" : "");
-    case Foc:
-      return weight + " B_i r_ij";
+    case Zoc: return weight + (first ? " r_ij" : "");
+    case Foc: return weight + " B_i r_ij";
     case Soc:
       return weight +
              (first ? " (C0_i r_ij + C1_i : r_ij r_ij)" : " (C0_i : e_ij e_ij + C1_i . r_ij)");

@@ -30,6 +30,18 @@ inline double rich_support(const Cloud& cloud) {
   return (cloud.dimension() == 1 ? 3.2 : 2.9) * cloud.spacing();
 }
 
+/// The same points in a periodic unit box.
+inline Cloud periodic(const Cloud& cloud) {
+  CloudOptions options{.volumes = cloud.volumes()};
+  std::fill_n(options.box.begin(), cloud.dimension(), 1.0);
+  return Cloud(cloud.positions(), options);
+}
+
+/// One support per point, up to the rich one.
+inline Eigen::VectorXd uneven_supports(const Cloud& cloud) {
+  return Eigen::VectorXd::LinSpaced(cloud.size(), 0.93, 1) * rich_support(cloud);
+}
+
 /// Test parameters: a scheme and a dimension, named laplacian_mixed_soc_3d.
 using SchemeAndDimension = std::tuple<Scheme, int>;
 

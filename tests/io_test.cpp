@@ -105,6 +105,7 @@ TEST_F(Fault27, BadFilesNameTheLine) {
   EXPECT_THAT(error("x,y\n1,2\n3,4\n5,"), HasSubstr(":4: column 'y': '' is not a number"));
   EXPECT_THAT(error("x,y\n1,2\n3,four\n"), HasSubstr(":3: column 'y': 'four' is not a number"));
   EXPECT_THAT(error("x\n1.5e\n"), HasSubstr(":2: column 'x': '1.5e' is not a number"));
+  EXPECT_THAT(error("x\n+-1\n"), HasSubstr("'+-1' is not a number"));
   EXPECT_THAT(error("x\n0x10\n"), HasSubstr("'0x10' is not a number"));
   EXPECT_THAT(error("x\n1e999\n"), HasSubstr(":2: column 'x': 1e999 is beyond the range"));
   EXPECT_THAT(error("x\n1\n\n2\n"), HasSubstr(":3: the line is empty"));
@@ -113,6 +114,13 @@ TEST_F(Fault27, BadFilesNameTheLine) {
   // A decimal comma makes a column more, a semicolon none.
   EXPECT_THAT(error("x,y\n1,5,2,5\n"), HasSubstr(":2: 4 columns"));
   EXPECT_THAT(error("x;y\n1;2\n"), HasSubstr(":2: column 'x;y': '1;2' is not a number"));
+}
+
+TEST_F(Fault27, AHeaderThatIsNotTextIsRefused) {
+  for (const std::string header : {"x,T\xe9", "x,T\x01", "\xff\xfex", "x,\xc3"})
+    EXPECT_THAT(error(header + "\n1,2\n"), HasSubstr(":1: the header is not UTF-8 text"));
+  EXPECT_EQ(read_csv(file("x,\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80\n1,2\n")).names[1].size(), 9u);
+  EXPECT_THAT(error("x\n\x01\n"), HasSubstr(":2: column 'x': '?' is not a number"));
 }
 
 TEST_F(Fault27, ALongLineIsRefusedWithoutReadingItAll) {
@@ -195,6 +203,26 @@ TEST_F(Fault28, AFullDiskIsAnErrorAndTheOldFileSurvives) {
   EXPECT_EXIT(write_beyond_the_limit(), testing::ExitedWithCode(3), "");
   EXPECT_EQ(content(path("old")), "old");
   EXPECT_EQ(files(), 1);
+}
+
+TEST_F(Write, LinksAreFollowedAndPermissionsKept) {
+  write_text(path("real"), "old");
+  fs::permissions(path("real"), fs::perms::owner_read | fs::perms::owner_write);
+  fs::create_symlink("real", path("link"));
+  write_text(path("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(content(path("real")), "new");
+  EXPECT_EQ(fs::status(path("real")).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
+// As `program -o /dev/stdout > file` does, where the link must not become a file.
+TEST_F(Write, ALinkToAnOpenFileIsWrittenThrough) {
+  std::FILE* const open = std::fopen(path("real").c_str(), "w");
+  fs::create_symlink("/proc/self/fd/" + std::to_string(fileno(open)), path("link"));
+  write_text(path("link"), "text");
+  std::fclose(open);
+  EXPECT_TRUE(fs::is_symlink(path("link")));
+  EXPECT_EQ(content(path("real")), "text");
 }
 
 TEST_F(Fault29, ADecimalCommaLocaleChangesNothing) {

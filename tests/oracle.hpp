@@ -1,15 +1,21 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <gradpsi/gradpsi.hpp>
+#include <vector>
 
 namespace gradpsi {
 
-/// Row i of a scheme, by the letter of its definition: in lengths, not scaled; in long double, with
-/// a rank-revealing solver; every pair of points looked at. d x n for a gradient, 1 x n for a
-/// Laplacian.
-inline Eigen::MatrixXd oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
-                                  const Kernel& kernel = kernels().front()) {
+struct OracleRow {
+  Eigen::MatrixXd weights;      // d x n for a gradient, 1 x n for a Laplacian
+  double reciprocal_condition;  // of the moment system in units of h, 1-norm; 1 for zoc
+};
+
+/// Row i of a scheme, by the letter of its definition: in lengths, not scaled; in long double, with a
+/// rank-revealing solver; every pair of points looked at, in a periodic box its nearest image.
+inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
+                            const Kernel& kernel) {
   using Real = long double;
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
@@ -20,19 +26,18 @@ inline Eigen::MatrixXd oracle_row(const Scheme& scheme, const Cloud& cloud, doub
   const int unknowns = foc ? d : m;
 
   const auto r_ij = [&](int j) -> Vector {
-    return (cloud.positions().row(j) - cloud.positions().row(i)).transpose().cast<Real>();
+    Vector r = (cloud.positions().row(j) - cloud.positions().row(i)).transpose().cast<Real>();
+    for (int a = 0; a < d; ++a)
+      if (cloud.box()[a] > 0) r[a] = std::remainder(r[a], Real(cloud.box()[a]));
+    return r;
   };
   const auto phi = [&](Real r) -> Real {
     const KernelValue k = evaluate(kernel, d, h, static_cast<double>(r));
     switch (scheme.weight) {
-      case Weight::Direct:
-        return gradient ? -k.dw_over_r : k.d2w + (d - 1) * k.dw_over_r;
-      case Weight::Diffuse:
-        return (gradient ? d : 2 * d) * k.w / (r * r);
-      case Weight::DiffuseNs:
-        return (gradient ? 1 : 2) * k.w / r;
-      case Weight::Mixed:
-        return -2 * k.dw_over_r;
+      case Weight::Direct: return gradient ? -k.dw_over_r : k.d2w + (d - 1) * k.dw_over_r;
+      case Weight::Diffuse: return (gradient ? d : 2 * d) * k.w / (r * r);
+      case Weight::DiffuseNs: return (gradient ? 1 : 2) * k.w / r;
+      case Weight::Mixed: return -2 * k.dw_over_r;
     }
     return 0;
   };
@@ -74,7 +79,17 @@ inline Eigen::MatrixXd oracle_row(const Scheme& scheme, const Cloud& cloud, doub
     row.col(j) = (weight * a).cast<double>();
     row.col(i) -= row.col(j);
   }
-  return row;
+
+  if (scheme.consistency == Consistency::Zoc) return {row, 1};
+  Vector p_unit = Vector::Ones(unknowns), t_unit = Vector::Ones(unknowns);
+  for (int k = 0; k < unknowns; ++k) {
+    p_unit[k] = k < d ? h : h * h;
+    t_unit[k] = k < d ? h : gradient ? h * h : 1;
+  }
+  const Matrix scaled = p_unit.cwiseInverse().asDiagonal() * M * t_unit.cwiseInverse().asDiagonal();
+  const auto norm = [](const Matrix& A) { return A.cwiseAbs().colwise().sum().maxCoeff(); };
+  const Matrix inverse = scaled.fullPivLu().inverse();
+  return {row, static_cast<double>(1 / (norm(scaled) * norm(inverse)))};
 }
 
 }  // namespace gradpsi

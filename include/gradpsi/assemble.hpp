@@ -39,8 +39,10 @@ enum class RowOutcome : unsigned char { AsAsked, LoweredToFoc, LoweredToZoc, Zer
 
 /// How each assembled row came about; entry k belongs to row k of the matrices.
 struct RowReport {
-  Eigen::VectorXi neighbours;            ///< without the point itself
-  Eigen::VectorXd reciprocal_condition;  ///< of the moment system asked for; 1 where there is none
+  Eigen::VectorXi neighbours;  ///< without the point itself
+  /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the moment system M asked for, in units of h: 0 if it
+  /// has too few neighbours or broke down; 1 for zoc, which has no system, if there are neighbours.
+  Eigen::VectorXd reciprocal_condition;
   std::vector<RowOutcome> outcome;
 
   int degenerate() const;  ///< rows whose outcome is not AsAsked
@@ -56,18 +58,21 @@ struct Operator {
 
 /// The derivative operator of `scheme` on `cloud`.
 ///
-/// Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i), G_ij or psi_ij of Scheme; the diagonal
-/// is minus the sum of the others, so rows sum to zero (negative diagonal for a Laplacian). Each
-/// matrix is n x n (options.rows: m x n), compressed, columns ascending, with the pattern of `near`
-/// plus the diagonal. Gradient entries are 1/length, Laplacian entries 1/length^2. symmetry() says
-/// which are symmetric. Without volumes in the cloud, number_density_volumes() are used. Cost:
-/// O(d^4) per neighbour and O(d^6) per row at second-order consistency.
+/// Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i), G_ij or psi_ij of Scheme; the diagonal is
+/// minus the sum of the others, so rows sum to zero. Each matrix is n x n (options.rows: m x n),
+/// compressed, columns ascending, with the pattern of `near` plus the diagonal. Gradient entries are
+/// 1/length, Laplacian entries 1/length^2.
 ///
-/// @throws InvalidInput  if sizes disagree, a row or the number of threads is out of range, or the
-/// matrix would have more
-///   than 2^31 - 1 entries
-/// @throws StencilError  for the first degenerate row (policy Fail), naming the point, its
-/// neighbour
+/// Signs and symmetry: with one support, zoc Laplacians are symmetric after scaling by volume (see
+/// symmetry()) and, but for direct, negative semi-definite. Corrected matrices are neither symmetric
+/// nor definite, and near surfaces their diagonals may have either sign.
+///
+/// Without volumes in the cloud, number_density_volumes() are used.
+/// Cost: O(d^4) per neighbour and O(d^6) per row at second-order consistency.
+///
+/// @throws InvalidInput  if `scheme` is not one of schemes(), sizes disagree, a row or the number of
+///   threads is out of range, or there would be more than 2^31 - 1 entries
+/// @throws StencilError  for the first degenerate row (policy Fail), naming the point, its neighbour
 ///   count and the reciprocal condition number
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                   const AssemblyOptions& options = {});

@@ -20,7 +20,7 @@ struct StencilError : std::runtime_error {
 
   int point;                    ///< 0-based
   int neighbours;               ///< without the point itself
-  double reciprocal_condition;  ///< of the moment system, 1-norm; 0 if singular
+  double reciprocal_condition;  ///< of the moment system, see RowReport
 };
 
 }  // namespace gradpsi

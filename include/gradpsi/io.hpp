@@ -18,35 +18,39 @@ namespace gradpsi {
 /// Named columns of equal length, a field's values contiguous.
 struct Table {
   std::vector<std::string> names;
-  Eigen::MatrixXd values;  ///< rows x names.size()
+  Eigen::MatrixXd values;  ///< rows x columns, as many columns as names
 
   bool has(std::string_view name) const;
   /// @throws InvalidInput  if there is no such column, listing those there are
   Eigen::VectorXd column(std::string_view name) const;
   /// @throws InvalidInput  if the name is taken or the length differs
   void add(const std::string& name, const Eigen::VectorXd& values);
-  /// The rows of these indices, in this order.
+  /// The rows of these indices, each from 0 to rows - 1, in this order.
   Table select(const std::vector<int>& rows) const;
 };
 
-/// A comma-separated file with a header row; quotes around names, CRLF and a byte-order mark are
-/// accepted, a final line end may be missing.
-/// @throws InvalidInput  naming file and line: no header, a name twice, a row with too many or too
-///   few columns, a cell that is not a number, a line above 1 MiB
+/// A comma-separated file with a header row; quotes around names (without commas inside), CRLF, a
+/// byte-order mark and empty lines at the end are accepted, a final line end may be missing. `nan` and
+/// `inf` are numbers here; a Cloud refuses them.
+/// @throws InvalidInput  naming file and line: no header, names that are not UTF-8 text, a name twice, a
+///   row with too many or too few columns, a cell that is not a number or beyond a double, a line above
+///   1 MiB, an empty line before the end
 /// @throws std::system_error  if the file cannot be read
 Table read_csv(const std::filesystem::path& file);
 
-/// The points of a table: columns x, then y, then z give position and dimension; `volume`, if
-/// there, the volumes.
+/// The points of a table: columns x, then y, then z give position and dimension; `volume`, if there,
+/// the volumes, rather than those of the options.
 /// @throws InvalidInput  if there is no x, a z without y, or what Cloud() refuses
 Cloud make_cloud(const Table& table, CloudOptions options = {});
 
 /// make_cloud(read_csv(file)): points in open space.
 Cloud read_cloud(const std::filesystem::path& file);
 
+/// Writes a text as a file.
 /// @throws std::system_error  if the file cannot be written (so do those below)
 void write_text(const std::filesystem::path& file, std::string_view text);
 
+/// Writes a header row and the values, as read_csv() reads them; names are written as they are.
 void write_csv(const std::filesystem::path& file, const Table& table);
 
 /// Points as vertices of a VTK unstructured grid (binary XML, for ParaView): x, y, z are the
@@ -57,7 +61,7 @@ void write_vtu(const std::filesystem::path& file, const Table& table);
 /// Matrix Market, `coordinate real general`, 1-based, row by row, explicit zeros included.
 void write_matrix_market(const std::filesystem::path& file, const SparseMatrix& matrix);
 
-/// The same for several files: either all are replaced or none.
+/// The same for several files: none is replaced unless all could be written.
 /// @throws InvalidInput  if the numbers of files and matrices differ
 void write_matrix_market(const std::vector<std::filesystem::path>& files,
                          const std::vector<SparseMatrix>& matrices);

@@ -15,8 +15,9 @@ struct Profile {
 
 /// One row of the kernel table. W(r) = s_d w(r/h) / h^d with support radius h: W = 0 for r >= h.
 ///
-/// A kernel of your own is one such value: a name, its profile, and s_d. W, W' and W'' should
-/// vanish at r = h, or results depend on the side of h to which rounding puts a neighbour.
+/// A kernel of your own is one such value: a name, its profile, and s_d. For 0 < q < 1 it must be
+/// positive and fall, or the moment systems of corrected gradients are not definite; W, W' and W''
+/// should vanish at r = h, or results depend on the side of h to which rounding puts a neighbour.
 struct Kernel {
   std::string_view name;
   std::string_view formula;             ///< w(q), for people

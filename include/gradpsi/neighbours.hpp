@@ -24,6 +24,7 @@ struct Neighbours {
 };
 
 /// All j != i with |x_j - x_i| < h, the shortest image counting in periodic directions.
+/// Cost: O(n log n) for the k-d tree, then O(neighbours).
 ///
 /// @param support  h > 0 (a length), in periodic directions at most half the box
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
@@ -36,10 +37,12 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 /// @param supports  n lengths > 0
 Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
 
-/// Distance from each point to the nearest other one (n lengths; infinity for a lone point).
+/// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
+/// @throws InvalidInput  if `threads` is out of range (so does number_density_volumes())
 Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads = 0);
 
-/// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support.
+/// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
+/// @throws InvalidInput  if `near` belongs to another number of points, or a volume is beyond a double
 Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                        const Kernel& kernel = kernels().front(), int threads = 0);
 

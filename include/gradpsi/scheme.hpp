@@ -9,19 +9,25 @@ namespace gradpsi {
 
 enum class Derivative { Gradient, Laplacian };
 
-/// Which phi(r) weighs a neighbour, Tables I and II; `mixed` exists for Laplacians only.
-enum class Weight { Direct, Diffuse, DiffuseNs, Mixed };
+/// Which phi(r) weighs a neighbour (Tables I and II), with W the kernel and d the dimension.
+enum class Weight {
+  Direct,     ///< gradient -W'/r, Laplacian W'' + (d-1) W'/r
+  Diffuse,    ///< gradient d W/r^2, Laplacian 2d W/r^2
+  DiffuseNs,  ///< gradient W/r, Laplacian 2 W/r; without correction a power of length is missing
+  Mixed       ///< Laplacian -2 W'/r
+};
 
-/// Zeroth-, first- (gradients only) or second-order consistency.
+/// Consistency of zeroth, first (gradients only) or second order: exact on polynomials of that degree.
 enum class Consistency { Zoc, Foc, Soc };
 
-/// One of the seventeen schemes of R. Fatehi's classification, Tables I and II. In every one,
+/// One of the seventeen schemes of Tables I and II in R. Fatehi, "A new classification and convergence
+/// study of SPH-like first and second spatial derivatives schemes":
 ///
-///     gradient:   (grad u)_i = sum_j G_ij (u_j - u_i),   G_ij   = omega_j phi(r) (C0 r_ij + C1 :
-///     r_ij r_ij) Laplacian:  (lap u)_i  = sum_j psi_ij (u_j - u_i), psi_ij = omega_j phi(r) (C0 :
-///     e_ij e_ij + C1 . r_ij)
+///     (grad u)_i = sum_j G_ij (u_j - u_i),     G_ij   = omega_j phi(r) (C0_i r_ij + C1_i : r_ij r_ij)
+///     (lap u)_i  = sum_j psi_ij (u_j - u_i),   psi_ij = omega_j phi(r) (C0_i : e_ij e_ij + C1_i . r_ij)
 ///
-/// with r_ij = x_j - x_i, r = |r_ij|, e_ij = r_ij / r; C0 and C1 solve the conditions of its row.
+/// with r_ij = x_j - x_i, r = |r_ij|, e_ij = r_ij / r. C0 and C1 are what meets the conditions() of the
+/// row; without any (zoc) the brackets are r_ij and 1.
 struct Scheme {
   Derivative derivative;
   Weight weight;
@@ -52,6 +58,7 @@ std::string_view name(Consistency consistency);  ///< "zoc", "foc", "soc"
 std::string name(const Scheme& scheme);
 
 /// G_ij or psi_ij in plain text, with this scheme's phi(r) written out.
+/// @throws InvalidInput  if it is not one of schemes()
 std::string formula(const Scheme& scheme);
 
 /// The consistency conditions that every row meets to rounding, with the paper's equation numbers.
