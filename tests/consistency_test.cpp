@@ -132,12 +132,13 @@ TEST(PeriodicLattice, EveryRowHasTheSameEntries) {
       return j;
     };
     for (const Scheme& scheme : schemes())
-      for (const SparseMatrix& matrix : assemble(scheme, cloud, near).axes)
+      for (const SparseMatrix& matrix : assemble(scheme, cloud, near).axes) {
+        const double tolerance = 1e-11 * matrix.coeffs().abs().maxCoeff();
         for (int i = 0; i < cloud.size(); i += 5)
           for (int j = 0; j < cloud.size(); ++j)
-            ASSERT_NEAR(matrix.coeff(shifted(i, 3), shifted(j, 3)), matrix.coeff(i, j),
-                        1e-11 * matrix.coeffs().abs().maxCoeff())
+            ASSERT_NEAR(matrix.coeff(shifted(i, 3), shifted(j, 3)), matrix.coeff(i, j), tolerance)
                 << name(scheme) << " " << d << "D";
+      }
   }
 }
 

@@ -94,16 +94,17 @@ TEST_P(Search, DoesNotDependOnTheNumberOfThreads) {
 }
 
 TEST_P(Search, NumberDensityIsOneOverTheSumOfTheKernel) {
+  const Cloud cloud = this->cloud();
   const Eigen::VectorXd supports =
-      Eigen::VectorXd::LinSpaced(cloud().size(), 1.5, 3.1) * cloud().spacing();
-  const Neighbours near = find_neighbours(cloud(), supports);
+      Eigen::VectorXd::LinSpaced(cloud.size(), 1.5, 3.1) * cloud.spacing();
+  const Neighbours near = find_neighbours(cloud, supports);
   for (const Kernel& k : kernels()) {
-    const Eigen::VectorXd volumes = number_density_volumes(cloud(), near, k);
-    for (int i = 0; i < cloud().size(); i += 13) {
+    const Eigen::VectorXd volumes = number_density_volumes(cloud, near, k);
+    for (int i = 0; i < cloud.size(); i += 13) {
       double sum = 0;
-      for (int j = 0; j < cloud().size(); ++j)
+      for (int j = 0; j < cloud.size(); ++j)
         sum += evaluate(k, dimension(), supports[i],
-                        (cloud().positions().row(j) - cloud().positions().row(i)).norm())
+                        (cloud.positions().row(j) - cloud.positions().row(i)).norm())
                    .w;
       EXPECT_NEAR(volumes[i] * sum, 1, 1e-12) << k.name;
     }

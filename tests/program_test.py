@@ -362,7 +362,7 @@ class Converge(ProgramTest):
     def test_the_study_is_reproducible(self):
         tables = []
         for threads in [1, 2]:
-            self.run_program("converge", "--points-max", 20000, "--out", self.path("out"),
+            self.run_program("converge", "--points-max", 4000, "--out", self.path("out"),
                              "--threads", threads)
             tables.append(self.path("out/convergence.csv").read_text())
         self.assertEqual(tables[0], tables[1])
