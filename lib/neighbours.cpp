@@ -32,7 +32,7 @@ struct Leaf {
   int begin, end;  // in tree order
 };
 
-/// A k-d tree over the points in units of `unit`, a power of two near the length that matters: the
+/// A k-d tree over the points in units of a power of two near the `length` that matters: the
 /// scaling is exact, and squared distances cannot overflow or vanish where they are compared.
 template <int D>
 class Tree {
@@ -304,61 +304,67 @@ void check_isolation(const Cloud& cloud, const Neighbours& near) {
                      shortest(median(nearest_distances(cloud))));
 }
 
+/// Gathers the candidates of a leaf for the supports that `near` holds.
+template <int D>
+void gather(LeafSearch<D>& search, const Tree<D>& tree, const Neighbours& near, Leaf leaf) {
+  double reach = 0;
+  for (int k = leaf.begin; k < leaf.end; ++k) reach = std::max(reach, near.support(tree.number(k)));
+  search.gather(tree, leaf, tree.to_units(reach));
+}
+
+/// The neighbours of all points, estimated from one point in each of a few leaves.
+template <int D>
+double estimated_neighbours(const Tree<D>& tree, const Neighbours& near) {
+  const auto leaf_count = static_cast<std::int64_t>(tree.leaves().size());
+  const auto samples = std::min<std::int64_t>(leaf_count, leaves_for_estimate);
+  LeafSearch<D> search;
+  double sum = 0;
+  for (std::int64_t s = 0; s < samples; ++s) {
+    const Leaf leaf = tree.leaves()[s * leaf_count / samples];
+    gather(search, tree, near, leaf);
+    const int i = tree.number(leaf.begin);
+    std::vector<int> found;
+    const double support = tree.to_units(near.support(i));
+    sum += static_cast<double>(search.append(i, tree.point(leaf.begin), support, found).count);
+  }
+  return sum / static_cast<double>(samples) * tree.size();
+}
+
 template <int D>
 Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
   const int n = cloud.size();
   Neighbours near{Eigen::VectorXi::Zero(n + 1), {}, supports};
   if (n == 0) return near;
-
-  const Tree<D> tree(cloud, supports.maxCoeff());
+  const double largest = supports.maxCoeff();
+  const Tree<D> tree(cloud, largest);
   const auto& leaves = tree.leaves();
   const int leaf_count = static_cast<int>(leaves.size());
-  const auto support = [&](int i) { return tree.to_units(near.support(i)); };
-  const auto gather = [&](LeafSearch<D>& search, Leaf leaf) {
-    double reach = 0;
-    for (int k = leaf.begin; k < leaf.end; ++k) reach = std::max(reach, support(tree.number(k)));
-    search.gather(tree, leaf, reach);
-  };
 
-  // Before anything large is allocated: the neighbours of one point in each of a few leaves. What
-  // is clearly too much is refused here, the rest is counted below.
-  {
-    LeafSearch<D> search;
-    std::vector<int> found;
-    const int samples = std::min(leaf_count, leaves_for_estimate);
-    double sum = 0;
-    for (int s = 0; s < samples; ++s) {
-      const Leaf leaf = leaves[static_cast<std::int64_t>(s) * leaf_count / samples];
-      gather(search, leaf);
-      const int i = tree.number(leaf.begin);
-      found.clear();
-      sum += static_cast<double>(search.append(i, tree.point(leaf.begin), support(i), found).count);
-    }
-    const double estimate = sum / samples * n;
-    if (estimate > 1.25 * std::numeric_limits<int>::max())
-      check_entries(estimate, cloud, near.supports.maxCoeff());
-  }
+  // What is clearly too much is refused before anything large is allocated, the rest when counted.
+  if (const double estimate = estimated_neighbours(tree, near);
+      estimate > 1.25 * std::numeric_limits<int>::max())
+    check_entries(estimate, cloud, largest);
 
   std::vector<std::vector<int>> chunks(  // rows in tree order, end to end
       (leaf_count + leaves_per_chunk - 1) / leaves_per_chunk);
   std::atomic<std::int64_t> total = 0;
   std::atomic<bool> coincident = false;
-  parallel_chunks(leaf_count, leaves_per_chunk, threads,
-                  [&, search = LeafSearch<D>()](int begin, int end) mutable {
-                    std::vector<int>& found = chunks[begin / leaves_per_chunk];
-                    for (int l = begin; l < end; ++l) {
-                      gather(search, leaves[l]);
-                      for (int k = leaves[l].begin; k < leaves[l].end; ++k) {
-                        const int i = tree.number(k);
-                        const auto row = search.append(i, tree.point(k), support(i), found);
-                        near.offsets[i + 1] = static_cast<int>(row.count);
-                        if (row.coincides) coincident = true;
-                      }
-                    }
-                    total += static_cast<std::int64_t>(found.size());
-                    check_entries(static_cast<double>(total), cloud, near.supports.maxCoeff());
-                  });
-  if (coincident) throw_coincident(cloud, near.supports.maxCoeff());
+  const auto search_chunk = [&, search = LeafSearch<D>()](int begin, int end) mutable {
+    std::vector<int>& found = chunks[begin / leaves_per_chunk];
+    for (int l = begin; l < end; ++l) {
+      gather(search, tree, near, leaves[l]);
+      for (int k = leaves[l].begin; k < leaves[l].end; ++k) {
+        const int i = tree.number(k);
+        const auto row = search.append(i, tree.point(k), tree.to_units(near.support(i)), found);
+        near.offsets[i + 1] = static_cast<int>(row.count);
+        if (row.coincides) coincident = true;
+      }
+    }
+    total += static_cast<std::int64_t>(found.size());
+    check_entries(static_cast<double>(total), cloud, largest);
+  };
+  parallel_chunks(leaf_count, leaves_per_chunk, threads, search_chunk);
+  if (coincident) throw_coincident(cloud, largest);
   for (int i = 0; i < n; ++i) near.offsets[i + 1] += near.offsets[i];
 
   near.indices.resize(total.load());
