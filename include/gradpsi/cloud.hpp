@@ -11,7 +11,7 @@ namespace gradpsi {
 using Positions = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 struct CloudOptions {
-  /// n volumes omega_j > 0 (length^d). Empty: assemble() takes the number density, number_density_volumes().
+  /// n volumes omega_j > 0 (length^d). Empty: assemble() takes number_density_volumes().
   Eigen::VectorXd volumes = {};
   /// Lengths of a periodic box that starts at the origin; 0: open in that direction.
   std::array<double, 3> box = {0, 0, 0};
@@ -35,6 +35,7 @@ class Cloud {
 
   /// (mean volume)^(1/d) when there are volumes, else the median distance to the nearest neighbour
   /// (a length; computed at each call with a k-d tree, n log n).
+  /// @param threads  0: as many as OpenMP offers
   /// @throws InvalidInput  without volumes and with fewer than two points, or if most coincide
   double spacing(int threads = 0) const;
 
