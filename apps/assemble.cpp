@@ -38,7 +38,8 @@ void add_assemble(CLI::App& app) {
   auto options = std::make_shared<OperatorOptions>();
   auto output = std::make_shared<path>();
   options->add_to(*command);
-  command->add_option("-o", *output, "A gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+  command
+      ->add_option("-o", *output, "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
       ->type_name("OUT.mtx")
       ->required();
   command->footer(

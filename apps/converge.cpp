@@ -17,14 +17,12 @@
 #include <filesystem>
 #include <fstream>
 #include <gradpsi/gradpsi.hpp>
-#include <iomanip>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <set>
-#include <sstream>
 
 #include "commands.hpp"
 #include "convergence_gp.hpp"
@@ -233,10 +231,12 @@ double slope(std::span<const Result> curve, Error error) {
 }
 
 /// A curve's part between the coarsest clouds and the rounding of u: the finer half of its spacings
-/// down to 1e-3.
+/// down to 1e-3, at least three.
 std::span<const Result> fitted_part(std::span<const Result> curve) {
   const auto resolved = std::ranges::count_if(curve, [](auto& r) { return r.spacing > 0.99e-3; });
-  return curve.subspan(resolved / 2, resolved - resolved / 2);
+  const auto first =
+      std::min<std::ptrdiff_t>(resolved / 2, std::max<std::ptrdiff_t>(resolved - 3, 0));
+  return curve.subspan(first, resolved - first);
 }
 
 std::vector<std::span<const Result>> curves(const std::vector<Result>& results) {
@@ -286,8 +286,10 @@ std::string verdict(int observed, int of, const std::set<std::string_view>& exce
                      : observed == 0  ? "no"
                                       : "partly";
   text += " (" + std::to_string(observed) + " of " + std::to_string(of) + " curves";
-  if (observed > 0)
-    for (const auto weight : exceptions) text += "; not " + std::string(weight);
+  if (observed > 0 && !exceptions.empty()) {
+    text += "; exceptions:";
+    for (const auto weight : exceptions) text += ' ' + std::string(weight);
+  }
   return text + ")";
 }
 
@@ -299,7 +301,10 @@ std::string padded(const std::string& text, int width) {
 
 std::string order_table(const Curves& all, const std::string& points, Error error) {
   constexpr int name_width = 24, column_width = 8;
-  std::string out = "Fitted order of the L2 error over " + points + ":\n\n" +
+  const auto fitted = fitted_part(all.front());
+  std::string out = "Fitted order of the L2 error over " + points + ", spacings " +
+                    text(fitted.front().spacing, "%.2g") + " to " +
+                    text(fitted.back().spacing, "%.2g") + ":\n\n" +
                     padded("regular, h/dx", name_width + 3 * column_width) +
                     padded("irregular, h/dx", 3 * column_width) + '\n' + padded("", name_width);
   for (int column = 0; column < 6; ++column)
@@ -332,8 +337,12 @@ std::string claim_line(const Claim& claim, const Curves& all, Error error) {
       exceptions.insert(name(r.scheme.weight));
   }
   return std::string(claim.text) + std::string(46 - claim.text.size(), ' ') +
-         padded(order_text(least) + " .. " + order_text(most), 15) + "   " +
-         verdict(observed, count, exceptions) + '\n';
+         padded(order_text(least) + " .. " + order_text(most), 15) +
+         padded(std::isfinite(claim.least)
+                    ? text(claim.least, "%.1f") + " .. " + text(claim.most, "%.1f")
+                    : "at most " + text(claim.most, "%.1f"),
+                14) +
+         "   " + verdict(observed, count, exceptions) + '\n';
 }
 
 /// Rounding shows where the error of the smallest spacing is well above the curve's least.
@@ -352,7 +361,7 @@ std::string rounding_line(const Curves& all, Error error) {
   }
   const bool reached = risen > 0 || smallest < 1e-5;
   return "soc, second: troubled at very small spacing   " +
-         padded("dx >= " + text(smallest, "%.1e"), 15) + "   " +
+         padded("dx >= " + text(smallest, "%.1e"), 15) + padded("", 14) + "   " +
          (reached ? verdict(risen, count) : "not reached") + '\n';
 }
 
@@ -364,7 +373,8 @@ std::string summary(const std::vector<Result>& results, const Options& options) 
   std::string out = order_table(all, "all points", &Result::l2);
   if (interior) out += order_table(all, "interior points (those in [-1/2, 1/2]^d)", error);
   out += std::string("The paper's conclusions, by the order over ") +
-         (interior ? "interior" : "all") + " points:\n\n";
+         (interior ? "interior" : "all") + " points:\n\n" + padded("measured", 61) +
+         padded("accepted", 14) + "   observed\n";
   for (const Claim& claim : claims) out += claim_line(claim, all, error);
   out += rounding_line(all, error);
   const auto degenerate =
@@ -450,7 +460,8 @@ void add_converge(CLI::App& app) {
       ->type_name("D")
       ->check(CLI::Range(1, 3))
       ->capture_default_str();
-  command->add_flag("--quick", options->quick, "In 1D down to spacing 1e-4 instead of 1e-6");
+  command->add_flag("--quick", options->quick,
+                    "Fewer points: in 1D down to spacing 1e-4 instead of 1e-6");
   command
       ->add_option(
           "--points-max", options->points_max,
@@ -459,6 +470,7 @@ void add_converge(CLI::App& app) {
       ->check(CLI::Range(1, 2147483646));
   command->add_option("--threads", options->threads, "0: as many as there are")
       ->type_name("N")
+      ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   command->footer("Example: gradpsi converge --quick --out results");
   command->callback([options] { run(*options); });

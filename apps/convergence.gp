@@ -21,13 +21,16 @@ selected(scheme, arrangement, ratio) = \
 of_kind(kind, consistency) = \
   strstrt(strcol(1), kind) == 1 && strstrt(strcol(1), "-".consistency) > 0
 
+# Out of sight in two and three dimensions.
+rounding(figure) = suffix ne "" ? " " : "rounding, eps |u| / dx".(figure == 1 ? "" : "^2")
+
 # Slopes that a panel is compared with.
 orders(consistency) = consistency eq "zoc" ? (kind eq "gradient" ? "none" : "-1") : "1 2"
 slope_dash(order) = order eq "-1" ? 3 : order eq "1" ? 1 : 4
 
 stats csv skip 1 using 5 name "X" nooutput
 if (X_max / X_min < 30) {
-  set xtics 0.05, 2
+  set xtics 0.003125, 2
   set format x "%g"
 }
 
@@ -84,8 +87,7 @@ do for [format in "svg png"] {
     set key center center horizontal maxcols 3 maxrows weight_count width 3 samplen 3.5 spacing 1.3
     plot for [w = 1:weight_count] NaN with lines lw 3 lc rgb word(colours, w) title word(weights, w), \
       for [k = 1:3] NaN with lines lw 1.8 lc rgb "black" dt k title "h/dx = ".word(ratios, k), \
-      NaN with lines lw 1.6 lc rgb "black" dt 5 \
-        title "rounding, eps |u| / dx".(figure == 1 ? "" : "^2"), \
+      NaN with lines lw 1.6 lc rgb "black" dt 5 title rounding(figure), \
       for [order in "1 2".(figure == 1 ? "" : " -1")] \
         NaN with lines lw 1 lc rgb "#777777" dt slope_dash(order) title "order ".order
     unset multiplot

@@ -56,6 +56,6 @@ void add_derive(CLI::App& app) {
       });
   command->footer(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
-      "--support-ratio 2.5 -o lap.vtu");
+      "--support-ratio 3 -o lap.vtu");
   command->callback([=] { run(*options, *field, *output); });
 }

@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", GRADPSI_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Example: gradpsi assemble points.csv --scheme laplacian-mixed-soc --support-ratio 2.5 "
+      "Example: gradpsi assemble points.csv --scheme laplacian-mixed-soc --support-ratio 3 "
       "-o laplacian.mtx");
   add_schemes(app);
   add_assemble(app);

@@ -104,8 +104,10 @@ void OperatorOptions::add_to(CLI::App& command) {
   command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")
       ->type_name("NAME")
       ->required();
-  auto* absolute =
-      command.add_option("--support", support, "Support radius h, a length")->type_name("H");
+  auto* absolute = command
+                       .add_option("--support", support,
+                                   "Support radius h, a length: the kernel is 0 from r = h on")
+                       ->type_name("H");
   command
       .add_option("--support-ratio", support_ratio,
                   "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
@@ -127,7 +129,8 @@ void OperatorOptions::add_to(CLI::App& command) {
   command
       .add_option_function<std::string>(
           "--periodic", [this](const std::string& text) { periodic = lengths(text); },
-          "Lengths of a box from the origin; 0: open in that direction")
+          "Lengths of a periodic box from the origin, at least twice the support; 0: open in\n"
+          "that direction. Points outside stand for their image")
       ->type_name("LX[,LY[,LZ]]");
   command
       .add_option("--on-degenerate", on_degenerate,
@@ -186,8 +189,9 @@ void assemble(const OperatorOptions& options, Problem& problem) {
   try {
     problem.op = gradpsi::assemble(options.scheme, problem.cloud, near, assembly);
   } catch (const gradpsi::StencilError& error) {
-    if (problem.report["dropped_points"] == 0) throw;
-    throw std::runtime_error(std::string(error.what()) + " (the dropped points are not counted)");
+    std::string message = error.what();
+    if (problem.report["dropped_points"] > 0) message += " (dropped points are not counted)";
+    throw std::runtime_error(message + "; try a larger support or --on-degenerate lower");
   }
   problem.report["seconds"]["weights"] = watch.lap();
   problem.report["entries"] = problem.op.matrix().nonZeros();
@@ -233,7 +237,17 @@ void write_and_report(const OperatorOptions& options, Problem& problem,
   std::cout << '\n';
   if (report["dropped_points"] > 0)
     std::cout << "coincident points dropped: " << report["dropped_points"] << '\n';
-  if (const auto& rows = problem.op.rows; rows.degenerate() > 0) {
+  if (options.support.has_value() + options.support_ratio.has_value() > 0 &&
+      problem.table.has("support"))
+    std::cout << "supports are those of the column 'support', not of the option\n";
+  const auto& rows = problem.op.rows;
+  if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc &&
+      rows.reciprocal_condition.size() > 0) {
+    Eigen::Index worst;
+    const double least = rows.reciprocal_condition.minCoeff(&worst);
+    std::cout << "smallest reciprocal condition number " << least << ", at point " << worst << '\n';
+  }
+  if (rows.degenerate() > 0) {
     using gradpsi::RowOutcome;
     const auto count = [&](RowOutcome o) { return std::ranges::count(rows.outcome, o); };
     std::cout << "degenerate rows: " << rows.degenerate() << ", of them "

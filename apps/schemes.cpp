@@ -23,9 +23,12 @@ void print_json() {
 }
 
 void print_table() {
-  std::cout << "(grad u)_i = sum_j G_ij (u_j - u_i), (lap u)_i = sum_j psi_ij (u_j - u_i),\n"
-               "r_ij = x_j - x_i, e_ij = r_ij / r; [n]: equation of the paper\n\n";
-  const auto line = [](auto... columns) { std::printf("%-25s  %-61s  %-46s  %s\n", columns...); };
+  std::cout
+      << "(grad u)_i = sum_j G_ij (u_j - u_i), (lap u)_i = sum_j psi_ij (u_j - u_i),\n"
+         "r_ij = x_j - x_i, e_ij = r_ij / r, omega_j the volume of point j, W(r) the kernel, "
+         "d the dimension;\nB_i, C0_i, C1_i are what meets the conditions in row i; [n] is the "
+         "paper's equation;\nthe last column holds with one support for all points.\n\n";
+  const auto line = [](auto... columns) { std::printf("%-25s  %-61s  %-53s  %s\n", columns...); };
   line("name", "G_ij or psi_ij", "conditions met", "omega_i a_ij");
   for (const gradpsi::Scheme& scheme : gradpsi::schemes())
     line(name(scheme).c_str(), formula(scheme).c_str(), conditions(scheme).data(),

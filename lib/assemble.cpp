@@ -235,6 +235,7 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   static_cast<void>(Scheme(name(scheme)));  // throws unless it is one of schemes()
   checked_threads(options.threads);
   check_match(cloud, near);
+  check_kernel(options.kernel, cloud.dimension());
   if (!options.rows) return;
   std::int64_t entries = 0;
   for (const int i : *options.rows) {

@@ -17,4 +17,13 @@ inline void check_match(const Cloud& cloud, const Neighbours& near) {
                        " supports for " + std::to_string(near.size()) + " points");
 }
 
+/// Throws InvalidInput unless the kernel can be used in this dimension.
+inline void check_kernel(const Kernel& kernel, int dimension) {
+  if (!kernel.profile)
+    throw InvalidInput("kernel '" + std::string(kernel.name) + "' has no profile");
+  if (!(kernel.normalisation[dimension - 1] > 0))
+    throw InvalidInput("kernel '" + std::string(kernel.name) + "' has no normalisation in " +
+                       std::to_string(dimension) + " dimensions");
+}
+
 }  // namespace gradpsi

@@ -225,6 +225,7 @@ bool is_text(std::string_view text) {
 
 std::vector<std::string> header(std::string_view line, const std::string& place) {
   if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);
+  if (line.starts_with('#')) line.remove_prefix(1);  // as numpy writes headers
   if (!is_text(line)) throw InvalidInput(place + "the header is not UTF-8 text");
   std::vector<std::string> names;
   for_each_cell(line, [&](std::string_view cell) {

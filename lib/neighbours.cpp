@@ -423,6 +423,7 @@ Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {
 Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                        const Kernel& kernel, int threads) {
   check_match(cloud, near);
+  check_kernel(kernel, cloud.dimension());
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     Eigen::VectorXd volumes(cloud.size());

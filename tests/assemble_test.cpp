@@ -302,6 +302,19 @@ TEST(Assemble, AKernelOfOnesOwnIsARow) {
   EXPECT_LT((op.axes[1] * u - Eigen::VectorXd::Constant(81, -3)).norm(), 1e-11);
 }
 
+TEST(Assemble, AnIncompleteKernelIsRefused) {
+  const Cloud cloud = irregular_cloud(2, 6);
+  const Neighbours near = find_neighbours(cloud, 0.6);
+  EXPECT_THAT(message_of<InvalidInput>(
+                  [&] { assemble("laplacian-mixed-zoc", cloud, near, {.kernel = Kernel{}}); }),
+              HasSubstr("has no profile"));
+  Kernel flat = kernels().front();
+  flat.normalisation = {1, 0, 1};
+  EXPECT_THAT(message_of<InvalidInput>(
+                  [&] { assemble("laplacian-mixed-zoc", cloud, near, {.kernel = flat}); }),
+              HasSubstr("no normalisation in 2 dimensions"));
+}
+
 TEST(Assemble, OneSupportPerRowEqualsThatRowWithItsSupportForAll) {
   const Cloud cloud = irregular_cloud(2, 10);
   const Eigen::VectorXd supports = Eigen::VectorXd::LinSpaced(100, 0.31, 0.45);

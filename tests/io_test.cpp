@@ -70,6 +70,7 @@ TEST_F(Csv, AcceptsWhatOtherProgramsWrite) {
   EXPECT_EQ(read_cloud(file("\xEF\xBB\xBF\"x\" , y\r\n +1 ,2\r\n3,4\r\n\r\n")).positions(),
             (Positions(2, 2) << 1, 2, 3, 4).finished());
   EXPECT_EQ(read_cloud(file("x\n1\n2")).size(), 2);  // no line end at the end
+  EXPECT_THAT(read_csv(file("# x,T\n1,2\n")).names, ElementsAre("x", "T"));  // numpy.savetxt
 }
 
 TEST_F(Csv, AHeaderAloneIsNoPoints) {

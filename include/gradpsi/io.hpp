@@ -29,9 +29,9 @@ struct Table {
   Table select(const std::vector<int>& rows) const;
 };
 
-/// A comma-separated file with a header row; quotes around names (without commas inside), CRLF, a
-/// byte-order mark and empty lines at the end are accepted, a final line end may be missing. `nan` and
-/// `inf` are numbers here; a Cloud refuses them.
+/// A comma-separated file with a header row; quotes around names (without commas inside), a # before
+/// them, CRLF, a byte-order mark and empty lines at the end are accepted, a final line end may be
+/// missing. `nan` and `inf` are numbers here; a Cloud refuses them.
 /// @throws InvalidInput  naming file and line: no header, names that are not UTF-8 text, a name twice, a
 ///   row with too many or too few columns, a cell that is not a number or beyond a double, a line above
 ///   1 MiB, an empty line before the end

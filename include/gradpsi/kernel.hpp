@@ -20,9 +20,10 @@ struct Profile {
 /// should vanish at r = h, or results depend on the side of h to which rounding puts a neighbour.
 struct Kernel {
   std::string_view name;
-  std::string_view formula;             ///< w(q), for people
-  Profile (*profile)(double q);         ///< called with 0 <= q <= 1
-  std::array<double, 3> normalisation;  ///< s_1, s_2, s_3: the integral of W over R^d is 1
+  std::string_view formula;      ///< w(q), for people
+  Profile (*profile)(double q);  ///< called with 0 <= q <= 1
+  std::array<double, 3>
+      normalisation;  ///< s_1, s_2, s_3: the integral of W over R^d is 1; 0: not for that d
 };
 
 /// All kernels; the first, the quintic Wendland kernel of the paper, is the default.
