@@ -87,7 +87,7 @@ do for [format in "svg png"] {
     set key center center horizontal maxcols 3 maxrows weight_count width 3 samplen 3.5 spacing 1.3
     plot for [w = 1:weight_count] NaN with lines lw 3 lc rgb word(colours, w) title word(weights, w), \
       for [k = 1:3] NaN with lines lw 1.8 lc rgb "black" dt k title "h/dx = ".word(ratios, k), \
-      NaN with lines lw 1.6 lc rgb "black" dt 5 title rounding(figure), \
+      NaN with lines lw 1.6 lc rgb (suffix eq "" ? "black" : "white") dt 5 title rounding(figure), \
       for [order in "1 2".(figure == 1 ? "" : " -1")] \
         NaN with lines lw 1 lc rgb "#777777" dt slope_dash(order) title "order ".order
     unset multiplot
