@@ -43,7 +43,7 @@ void add_assemble(CLI::App& app) {
       ->type_name("OUT.mtx")
       ->required();
   command->footer(
-      "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support 0.1 -o "
+      "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support-ratio 3 -o "
       "grad.mtx");
   command->callback([=] { run(*options, *output); });
 }

@@ -237,8 +237,7 @@ void write_and_report(const OperatorOptions& options, Problem& problem,
   std::cout << '\n';
   if (report["dropped_points"] > 0)
     std::cout << "coincident points dropped: " << report["dropped_points"] << '\n';
-  if (options.support.has_value() + options.support_ratio.has_value() > 0 &&
-      problem.table.has("support"))
+  if ((options.support || options.support_ratio) && problem.table.has("support"))
     std::cout << "supports are those of the column 'support', not of the option\n";
   const auto& rows = problem.op.rows;
   if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc &&

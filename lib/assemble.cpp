@@ -6,12 +6,12 @@
 #include <limits>
 #include <string>
 
-#include "box.hpp"
 #include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
 #include "moments.hpp"
 #include "parallel.hpp"
+#include "points.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
@@ -63,8 +63,13 @@ class Row {
       return solve_laplacian(consistency);
   }
 
-  /// a_ij, n x K, of the last solve().
+  /// a_ij, n x K, of the last solve(), and their sums, K numbers.
   Columns weights() { return weights_.columns(n_, K); }
+  const Eigen::Array<double, K, 1>& sums() const { return sums_; }
+  void set_zero() {
+    weights().setZero();
+    sums_.setZero();
+  }
 
  private:
   template <int Rows, int Cols>
@@ -128,6 +133,7 @@ class Row {
       a.col(c) = C(0, c) * t.col(0);
       for (int l = 1; l < M; ++l) a.col(c) += C(l, c) * t.col(l);
       a.col(c) *= weight().col(0);
+      sums_[c] = a.col(c).sum();
     }
   }
 
@@ -136,6 +142,7 @@ class Row {
   int n_ = 0;     // neighbours
   double h_ = 0;  // support
   Buffer s_, q_, weight_, trial_, test_, weighted_, weights_;
+  Eigen::Array<double, K, 1> sums_;
 };
 
 struct Solved {
@@ -164,10 +171,10 @@ Solved solve_row(Row& row, const std::vector<Step>& steps) {
   for (const Step& step : steps) {
     const double reciprocal_condition = row.solve(step.consistency);
     if (&step == &steps.front()) asked = reciprocal_condition;
-    if (reciprocal_condition >= singular_below && row.weights().colwise().sum().isFinite().all())
+    if (reciprocal_condition >= singular_below && row.sums().isFinite().all())
       return {asked, step.outcome};
   }
-  row.weights().setZero();
+  row.set_zero();
   return {asked, RowOutcome::Zero};
 }
 
@@ -222,7 +229,7 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
           for (int axis = 0; axis < K; ++axis) {
             const double* const a = weights.col(axis).data();
             double* const entry = std::copy_n(a, before, result.axes[axis].valuePtr() + offsets[k]);
-            *entry = 0 - weights.col(axis).sum();  // 0, not -0, in a row left zero
+            *entry = 0 - row.sums()[axis];  // 0, not -0, in a row left zero
             std::copy(a + before, a + near.count(i), entry + 1);
           }
         }

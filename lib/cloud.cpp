@@ -9,10 +9,10 @@
 #include <string>
 #include <utility>
 
-#include "box.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "median.hpp"
+#include "points.hpp"
 #include "text.hpp"
 
 namespace gradpsi {

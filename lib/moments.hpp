@@ -33,8 +33,8 @@ double one_norm(const Matrix& A) {
   return A.cwiseAbs().colwise().sum().maxCoeff();
 }
 
-// Eigen hands an inverse of this size to its blocked solvers, made for large matrices; written out for
-// a fixed size it takes a third of the time.
+// Eigen hands an inverse of this size to its blocked solvers, made for large matrices. Written out for
+// a fixed size, all weights of a second-order Laplacian take a quarter less time in 2D, a sixth in 3D.
 
 /// Replaces A, symmetric positive semidefinite, by its inverse (Cholesky); false if it is singular.
 template <int M>

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -136,8 +137,9 @@ class Assemble(ProgramTest):
         # Neither column nor option: number density. A column goes before the options.
         self.run_program(*bare, "--support", 0.25, "-o", self.path("c.mtx"))
         with_columns = self.square(volume=lambda x, y: 0 * x + 1 / 144, support=lambda x, y: 0 * x + 0.25)
-        self.run_program("assemble", with_columns, "--scheme", "laplacian-mixed-zoc", "--volume", 9,
-                         "-o", self.path("d.mtx"))
+        text = self.run_program("assemble", with_columns, "--scheme", "laplacian-mixed-zoc", "--volume",
+                                9, "--support", 1, "-o", self.path("d.mtx"))
+        self.assertIn("supports are those of the column 'support', not of the option\n", text)
         a, c, d = (scipy.io.mmread(self.path(f"{k}.mtx")).toarray() for k in "acd")
         np.testing.assert_array_equal(a, d)
         self.assertGreater(np.abs(a - c).max(), 0.01 * np.abs(a).max())
@@ -205,7 +207,10 @@ class Derive(ProgramTest):
         self.assertEqual(list(g), ["x", "y", "u", "u_x", "u_y"])
         np.testing.assert_allclose(g["u_x"], 2 * g["x"] - 3 * g["y"], atol=1e-9)
         np.testing.assert_allclose(g["u_y"], 2 - 3 * g["x"], atol=1e-9)
-        self.run_program(*bare, "--scheme", "laplacian-diffuse-soc", "-o", self.path("l.csv"))
+        text = self.run_program(*bare, "--scheme", "laplacian-diffuse-soc", "-o", self.path("l.csv"))
+        found = re.search(r"smallest reciprocal condition number (\S+), at point (\d+)\n", text)
+        self.assertTrue(0 < float(found[1]) < 1)
+        self.assertTrue(0 <= int(found[2]) < 144)
         lap = self.read_csv("l.csv")
         self.assertEqual(list(lap), ["x", "y", "u", "lap_u"])
         np.testing.assert_allclose(lap["lap_u"], 2, atol=1e-7)
