@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "check.hpp"
 #include "dispatch.hpp"
@@ -305,10 +306,9 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
     rows.resize(cloud.size());
     for (int i = 0; i < cloud.size(); ++i) rows[i] = i;
   }
-  Eigen::VectorXd density;
-  if (!cloud.has_volumes())
-    density = number_density_volumes(cloud, near, options.kernel, options.threads);
-  const Eigen::VectorXd& volumes = cloud.has_volumes() ? cloud.volumes() : density;
+  Eigen::VectorXd volumes =
+      cloud.has_volumes() ? cloud.volumes()
+                          : number_density_volumes(cloud, near, options.kernel, options.threads);
 
   Operator result = dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
@@ -318,6 +318,7 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
   });
   if (options.on_degenerate == OnDegenerate::Fail)
     throw_if_degenerate(scheme, cloud.dimension(), rows, result.rows);
+  result.volumes = std::move(volumes);
   return result;
 }
 

@@ -51,6 +51,7 @@ struct RowReport {
 /// A derivative as sparse matrices, and how its rows came about.
 struct Operator {
   std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
+  Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
   RowReport rows;
 
   const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx

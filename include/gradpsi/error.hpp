@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -21,6 +22,16 @@ struct StencilError : std::runtime_error {
   int point;                    ///< 0-based
   int neighbours;               ///< without the point itself
   double reciprocal_condition;  ///< of the moment system, see RowReport
+};
+
+/// A linear system that could not be solved: singular, not positive definite, too large for the memory
+/// given, or no convergence.
+struct SolverError : std::runtime_error {
+  explicit SolverError(const std::string& message,
+                       double residual = std::numeric_limits<double>::quiet_NaN())
+      : std::runtime_error(message), residual(residual) {}
+
+  double residual;  ///< relative, the best one reached; NaN if there was no solution
 };
 
 }  // namespace gradpsi

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "gradpsi/assemble.hpp"
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/solver.hpp"
+
+namespace gradpsi {
+
+enum class Mean { Arithmetic, Harmonic };
+
+/// The Laplacian's rows made those of div(kappa grad u): psi_ij times the mean of kappa_i and kappa_j.
+///
+/// Arithmetic: half of lap(kappa u) + kappa lap u - u lap kappa to the last bit, so as consistent as
+/// the Laplacian where kappa is smooth. Harmonic, 2 kappa_i kappa_j / (kappa_i + kappa_j): for jumps,
+/// across which the flux is then continuous (P. W. Cleary and J. J. Monaghan, J. Comput. Phys. 148,
+/// 1999). Both keep row sums zero and symmetry after scaling by volume.
+///
+/// @param laplacian  all n rows, as assembled
+/// @param conductivity  n numbers kappa_i > 0
+/// @throws InvalidInput  if sizes disagree or a kappa is out of range (names the point)
+Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
+                           Mean mean = Mean::Arithmetic);
+
+/// Points whose value is known (Dirichlet).
+struct FixedValues {
+  std::vector<int> points = {};  ///< 0-based, each once
+  Eigen::VectorXd values = {};   ///< one per point; empty: each keeps the value it has
+};
+
+/// Points where transfer u + n . grad u = flux holds instead of the equation: Neumann, or with
+/// transfer > 0 Robin.
+struct WallConditions {
+  std::vector<int> points;  ///< 0-based, each once, none of them fixed
+  Positions normals = {};   ///< points x d: n, not 0, of any length; outward by convention
+  std::vector<SparseMatrix> gradient = {};  ///< d matrices, points x n: grad u at these points
+  Eigen::VectorXd flux = {};                ///< one per point; empty: 0
+  Eigen::VectorXd transfer = {};            ///< one per point, >= 0 (1/length); empty: 0
+};
+
+/// A point without a condition obeys the equation; near the edge of an open cloud without any, zoc
+/// schemes imply zero flux.
+struct BoundaryConditions {
+  FixedValues fixed = {};
+  WallConditions walls = {};
+};
+
+struct DiffusionOptions {
+  double diffusivity = 1;  ///< nu >= 0, length^2/time
+  double time_step = 0;    ///< dt > 0; infinity: steady_state()
+  double theta = 1;        ///< 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2; 0.5 to 1
+  Eigen::VectorXd source = {};  ///< f, n values; empty: 0
+  SolverOptions solver = {};
+};
+
+struct DiffusionSystem;
+
+/// Steps du/dt = nu lap u + f by the theta method with a Laplacian's matrix Psi,
+///
+///     (I/dt - theta nu Psi) u^{n+1} = (I/dt + (1 - theta) nu Psi) u^n + f
+///
+/// at points without a condition. Fixed points are eliminated, their columns going to the right-hand
+/// side, so that a symmetric matrix stays one. An infinite dt with theta = 1 is the steady problem
+/// -nu Psi u = f, solved by a single step from any u.
+///
+/// The matrix is factorised once; step() then costs a solve. Not to be used from two threads at a time.
+class ImplicitDiffusion {
+ public:
+  /// @throws InvalidInput  if sizes disagree, a number is out of range or not finite, a point is named
+  ///   twice or has two conditions
+  /// @throws SolverError  as LinearSolver, naming points
+  ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
+                    const BoundaryConditions& conditions, const DiffusionOptions& options);
+
+  /// Replaces u (n, or n x k for k fields at once) at one time by u at the next. Allocates nothing if
+  /// the call before had as many columns.
+  /// @throws InvalidInput  if the size is wrong or a value is not finite (names the point)
+  /// @throws SolverError  as LinearSolver::solve(); u is then what it was
+  SolveReport step(Eigen::Ref<Eigen::MatrixXd> u);
+
+  /// Another time step: the matrix is factorised anew, without a new analysis.
+  /// @throws as the constructor
+  void set_time_step(double time_step);
+
+  /// What the system is solved with, and why.
+  const SolverReport& solver() const { return solver_.report(); }
+
+ private:
+  ImplicitDiffusion(DiffusionSystem&& system, const DiffusionOptions& options);
+
+  int points_;
+  std::vector<int> unknowns_;  // their points
+  FixedValues fixed_;
+  Eigen::VectorXd evolves_;   // 1 for unknowns with the equation, 0 for those with a wall condition
+  Eigen::VectorXd diagonal_;  // of the unknowns' matrix without 1/dt
+  SparseMatrix coupling_;     // unknowns x fixed: what known values add to the right-hand side
+  Eigen::VectorXd constant_;  // what source and flux add
+  double time_step_, theta_;
+  int threads_;
+  LinearSolver solver_;
+  Eigen::VectorXd known_;  // workspace of step()
+  Eigen::MatrixXd rhs_, solution_;
+};
+
+}  // namespace gradpsi

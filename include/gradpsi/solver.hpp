@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gradpsi/assemble.hpp"
+#include "gradpsi/cloud.hpp"
+
+namespace gradpsi {
+
+enum class Method {
+  Auto,      ///< what LinearSolver finds fit for the matrix
+  Cholesky,  ///< CHOLMOD, for symmetric positive definite matrices only
+  Lu,        ///< UMFPACK, for any regular matrix
+  Krylov     ///< conjugate gradients or BiCGSTAB, preconditioned
+};
+std::string_view name(Method method);  ///< "auto", "cholesky", "lu", "krylov"
+/// @throws InvalidInput  listing the valid names, nearest spelling first
+Method method(std::string_view name);
+
+/// The order in which a factorisation eliminates the unknowns.
+enum class Ordering {
+  Coordinates,  ///< nested dissection by the points' coordinates: METIS's fill in a tenth of its time
+  Amd,          ///< approximate minimum degree; what is used where there are no coordinates
+  Metis         ///< METIS, as CHOLMOD calls it
+};
+std::string_view name(Ordering ordering);
+
+struct SolverOptions {
+  Method method = Method::Auto;
+  double tolerance = 1e-12;  ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
+  int max_iterations = 10'000;
+  Ordering ordering = Ordering::Coordinates;
+  double memory = 0;  ///< bytes that a factorisation may take; 0: three quarters of the machine's
+  int threads = 0;    ///< 0: as many as OpenMP offers
+};
+
+/// What a linear system is solved with, and why.
+struct SolverReport {
+  Method method = Method::Auto;  ///< not Auto once there is a solver
+  std::string description;       ///< "BiCGSTAB, preconditioned by ..."
+  std::string reason;            ///< "the matrix is not symmetric, ..."
+  int unknowns = 0;
+
+  // Of the factor, the preconditioner's in a Krylov method; 0 if there is none.
+  double factor_entries = 0;
+  double factor_flops = 0;
+  double factor_bytes = 0;
+  double analyse_seconds = 0;  ///< ordering and symbolic analysis
+  double factor_seconds = 0;   ///< the latest numerical factorisation
+};
+
+/// How a solve went.
+struct SolveReport {
+  double residual = 0;  ///< true relative residual |b - A x| / |b|, the largest of all columns
+  int iterations = 0;   ///< of a Krylov method, all columns together; else steps of refinement
+  double seconds = 0;
+};
+
+/// The points that a matrix's rows and columns belong to: what a solver may know beyond the entries.
+struct SystemPoints {
+  /// n points, or none; with volumes, rows times volumes are tried for symmetry.
+  Cloud cloud = Cloud(Positions(0, 1));
+  /// What row i is called in messages ("point 17"), n numbers; empty: "row i".
+  std::vector<int> numbers = {};
+  /// Rows that hold a boundary condition rather than the equation of the others.
+  std::vector<int> walls = {};
+};
+
+/// Solves A x = b for many b: the constructor chooses a method and factorises, solve() can then be
+/// called again and again.
+///
+/// Auto takes Cholesky if diag(volumes) A is symmetric, entry by entry, and its factorisation finds it
+/// positive definite; conjugate gradients if that factor would not fit the memory; for other matrices
+/// LU, or BiCGSTAB where there are too many unknowns for LU or time steps are short. The
+/// Krylov methods are preconditioned by the diagonal, in stiff problems by the factor of a compact
+/// symmetric twin. report() tells what was chosen and why.
+///
+/// Not to be used from two threads at a time; two solvers may.
+class LinearSolver {
+ public:
+  /// @param matrix  n x n, n >= 0, compressed
+  /// @throws InvalidInput  if it is not square, sizes disagree, an option is out of range, an entry is
+  ///   not finite, a row has only zeros; if Method::Cholesky is asked for and diag(volumes) A is not
+  ///   symmetric
+  /// @throws SolverError  if the matrix is singular (constants on a connected set of points are in its
+  ///   null space, or a pivot is zero); if Method::Cholesky is asked for and it is not positive
+  ///   definite; if a factor asked for would not fit the memory
+  explicit LinearSolver(SparseMatrix matrix, SolverOptions options = {}, SystemPoints points = {});
+  LinearSolver(LinearSolver&&) noexcept;
+  LinearSolver& operator=(LinearSolver&&) noexcept;
+  ~LinearSolver();
+
+  /// Other values in the same pattern; the symbolic analysis is kept where the method remains.
+  /// @throws as the constructor, and InvalidInput if the pattern is not the same
+  void refactor(SparseMatrix matrix);
+
+  /// Solves for every column of b (n x k). x (n x k) is where iterations start from.
+  /// Allocates nothing if the call before had as many columns.
+  /// @throws InvalidInput  if sizes disagree or b or x is not finite
+  /// @throws SolverError  if the residual stays above the tolerance and above what rounding allows
+  SolveReport solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x);
+
+  const SolverReport& report() const;
+  const SparseMatrix& matrix() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace gradpsi

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <stdexcept>
+#include <string>
+
+#include "gradpsi/solver.hpp"
+
+namespace gradpsi {
+
+/// An elimination order: one that is given, or the way in which the factorisation finds its own.
+struct Elimination {
+  Ordering ordering = Ordering::Amd;  // Coordinates: `permutation`
+  Eigen::VectorXi permutation = {};   // the k-th unknown to go is permutation[k]
+};
+
+/// What a factorisation took.
+struct FactorStatistics {
+  std::string description;
+  double entries = 0, flops = 0, bytes = 0;
+  double analyse_seconds = 0, factor_seconds = 0;
+};
+
+/// A factor would take more than the memory given.
+struct FactorTooLarge : std::runtime_error {
+  FactorTooLarge(double needed, double given);
+  double needed;  // bytes
+};
+
+}  // namespace gradpsi

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gradpsi/assemble.hpp"
+
+namespace gradpsi {
+
+/// Whether diag(scale) A is symmetric, up to 1e-12 of its diagonal.
+bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale);
+
+/// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row, up to
+/// 1e-12 of it: by Gershgorin, if A is symmetric after scaling its rows, no eigenvalue is negative.
+bool is_dominant(const SparseMatrix& A);
+
+/// Rows connected with one another, and with no others, that all sum to zero: constants on them
+/// are in the null space.
+struct FloatingRows {
+  int first = -1;  ///< the lowest of the first such set; -1: there is none
+  int count = 0;   ///< how many there are in it
+};
+FloatingRows floating_rows(const SparseMatrix& A);
+
+}  // namespace gradpsi

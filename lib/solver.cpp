@@ -1,0 +1,477 @@
+#include "gradpsi/solver.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "cholesky.hpp"
+#include "csr.hpp"
+#include "dissection.hpp"
+#include "gradpsi/error.hpp"
+#include "krylov.hpp"
+#include "lu.hpp"
+#include "matrix_checks.hpp"
+#include "median.hpp"
+#include "stopwatch.hpp"
+#include "text.hpp"
+#include "twin.hpp"
+
+namespace gradpsi {
+namespace {
+
+// Where methods cross over, measured in benchmarks/README.md.
+constexpr double mild = 10;       // dt nu / dx^2 up to which the diagonal preconditions well
+constexpr double stiff = 100;     // and above which a factor of a twin does better
+constexpr int always_lu = 2'000;  // unknowns
+constexpr int most_lu = 300'000;  // in one and two dimensions
+constexpr int most_lu_3d = 30'000;
+
+constexpr std::array<std::pair<Method, std::string_view>, 4> method_names = {
+    {{Method::Auto, "auto"},
+     {Method::Cholesky, "cholesky"},
+     {Method::Lu, "lu"},
+     {Method::Krylov, "krylov"}}};
+
+/// Three digits, for people.
+std::string rounded(double x) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g", x);
+  return text.data();
+}
+
+double machine_memory() {
+  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
+
+std::string_view name(Method method) {
+  return std::ranges::find(method_names, method, &std::pair<Method, std::string_view>::first)
+      ->second;
+}
+
+std::string_view name(Ordering ordering) {
+  switch (ordering) {
+    case Ordering::Coordinates: return "nested dissection by coordinates";
+    case Ordering::Amd: return "AMD";
+    case Ordering::Metis: return "METIS";
+  }
+  return {};
+}
+
+Method method(std::string_view name) {
+  std::vector<std::string> valid;
+  for (const auto& [method, its_name] : method_names) {
+    if (its_name == name) return method;
+    valid.emplace_back(its_name);
+  }
+  throw_unknown("method", name, valid);
+}
+
+FactorTooLarge::FactorTooLarge(double needed, double given)
+    : std::runtime_error("its factor would take " + rounded(needed / 1e9) + " GB of the " +
+                         rounded(given / 1e9) + " GB given") {}
+
+struct LinearSolver::State {
+  State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system);
+
+  // Setting up
+  void check() const;
+  void check_matrix() const;
+  void set_up();
+  void set_up_auto();
+  bool set_up_cholesky(const std::string& reason);
+  void set_up_lu(const std::string& reason);
+  void set_up_krylov(const std::string& reason);
+  bool factorise_twin();
+  void factorise_walls();
+  double stiffness() const;
+  Elimination elimination(const SparseMatrix& matrix) const;
+  void set_report(Method method, const std::string& description, const std::string& reason,
+                  const FactorStatistics& statistics = {});
+  bool has_points() const { return points.cloud.size() > 0; }
+  std::string row(int i) const;
+
+  // Solving
+  bool is_solution(int column, double& residual);
+  void solve_directly(SolveReport& result);
+  void iterate(SolveReport& result);
+  void correct_walls(const double* r, double* z);
+  [[noreturn]] void throw_unsolved(const SolveReport& result) const;
+
+  SparseMatrix A;
+  SystemPoints points;
+  SolverOptions options;
+  int n;
+  Eigen::VectorXd scale;  // the points' volumes, or 1
+  bool symmetric = false;
+  std::optional<Cholesky> cholesky, twin;
+  std::optional<Lu> lu, walls;
+  Krylov krylov;
+  bool conjugate = false;  // gradients
+  Krylov::Precondition preconditioner;
+  Eigen::VectorXd inverse_diagonal, wall_residuals, wall_corrections;
+  SolverReport report;
+  Eigen::MatrixXd rhs, solution, residuals, corrections;
+};
+
+LinearSolver::State::State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system)
+    : A(std::move(matrix)),
+      points(std::move(system)),
+      options(options),
+      n(static_cast<int>(A.rows())),
+      krylov(n, options.threads) {
+  check();
+  if (!(this->options.memory > 0)) this->options.memory = 0.75 * machine_memory();
+  scale = points.cloud.has_volumes() ? points.cloud.volumes() : Eigen::VectorXd::Ones(n);
+  set_up();
+}
+
+std::string LinearSolver::State::row(int i) const {
+  return points.numbers.empty() ? "row " + std::to_string(i)
+                                : "point " + std::to_string(points.numbers[i]);
+}
+
+void LinearSolver::State::check() const {
+  if (A.rows() != A.cols() || !A.isCompressed())
+    throw InvalidInput("the matrix must be square and compressed, not " + std::to_string(A.rows()) +
+                       " x " + std::to_string(A.cols()));
+  if (has_points() && points.cloud.size() != n)
+    throw InvalidInput("there are " + std::to_string(points.cloud.size()) + " points for " +
+                       std::to_string(n) + " rows");
+  if (!points.numbers.empty() && static_cast<int>(points.numbers.size()) != n)
+    throw InvalidInput("there are " + std::to_string(points.numbers.size()) + " numbers for " +
+                       std::to_string(n) + " rows");
+  if (!(options.tolerance > 0 && options.tolerance < 1))
+    throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
+  if (options.max_iterations < 1)
+    throw InvalidInput("max_iterations must be at least 1, not " +
+                       std::to_string(options.max_iterations));
+  if (!(options.memory >= 0))
+    throw InvalidInput("memory must be >= 0 bytes, not " + shortest(options.memory));
+  checked_threads(options.threads);
+}
+
+void LinearSolver::State::check_matrix() const {
+  for (int i = 0; i < n; ++i) {
+    bool zero = true;
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
+      if (!std::isfinite(a.value()))
+        throw InvalidInput("the matrix is not finite in the row of " + row(i));
+      zero = zero && a.value() == 0;
+    }
+    if (zero) throw InvalidInput("the matrix has only zeros in the row of " + row(i));
+  }
+  const FloatingRows floating = floating_rows(A);
+  if (floating.count > 0)
+    throw SolverError("the matrix is singular: the " + std::to_string(floating.count) +
+                      " rows connected with that of " + row(floating.first) +
+                      " sum to zero (to rounding), so any constant may be added to their solution; "
+                      "a fixed value, "
+                      "an exchange with the outside or a finite time step makes it unique");
+}
+
+Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {
+  if (options.ordering != Ordering::Coordinates) return {options.ordering};
+  if (!has_points()) return {Ordering::Amd};
+  return {Ordering::Coordinates, dissection(points.cloud.positions(), matrix)};
+}
+
+void LinearSolver::State::set_report(Method method, const std::string& description,
+                                     const std::string& reason,
+                                     const FactorStatistics& statistics) {
+  report = {.method = method,
+            .description = description,
+            .reason = reason,
+            .unknowns = n,
+            .factor_entries = statistics.entries,
+            .factor_flops = statistics.flops,
+            .factor_bytes = statistics.bytes,
+            .analyse_seconds = statistics.analyse_seconds,
+            .factor_seconds = statistics.factor_seconds};
+}
+
+void LinearSolver::State::set_up() {
+  if (n == 0) return set_report(Method::Lu, "nothing", "there are no unknowns");
+  check_matrix();
+  symmetric = is_symmetric(A, scale);
+  switch (options.method) {
+    case Method::Auto: return set_up_auto();
+    case Method::Krylov: return set_up_krylov("as asked");
+    case Method::Lu: try { return set_up_lu("as asked");
+      } catch (const FactorTooLarge& error) {
+        throw SolverError(std::string(error.what()) + " may be needed by LU; krylov takes little");
+      }
+    case Method::Cholesky: break;
+  }
+  if (!symmetric)
+    throw InvalidInput(
+        "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one is "
+        "not: use lu or krylov");
+  try {
+    if (!set_up_cholesky("as asked"))
+      throw SolverError("the matrix is symmetric but not positive definite: use lu");
+  } catch (const FactorTooLarge& error) {
+    throw SolverError(std::string("cholesky: ") + error.what() + "; krylov takes little");
+  }
+}
+
+void LinearSolver::State::set_up_auto() {
+  std::string reason = "the matrix is not symmetric";
+  if (symmetric) {
+    try {
+      if (set_up_cholesky("the matrix is symmetric and positive definite")) return;
+      reason = "the matrix is symmetric but not positive definite";
+    } catch (const FactorTooLarge& error) {
+      return set_up_krylov(std::string("the matrix is symmetric, but ") + error.what());
+    }
+  }
+  const double ratio = stiffness();
+  reason += ", of " + std::to_string(n) + " unknowns, with dt nu / dx^2 = " + rounded(ratio);
+  const bool easy = n > always_lu && ratio <= mild;
+  if (!easy && n <= (points.cloud.dimension() == 3 ? most_lu_3d : most_lu)) {
+    try {
+      return set_up_lu(reason);
+    } catch (const FactorTooLarge& error) {
+      reason += std::string(", and ") + error.what();
+    }
+  }
+  set_up_krylov(reason);
+}
+
+/// Whether the matrix is positive definite.
+bool LinearSolver::State::set_up_cholesky(const std::string& reason) {
+  if (!cholesky) cholesky.emplace(A, scale, elimination(A), options.memory, options.threads);
+  const bool definite = cholesky->factorise(A);
+  set_report(Method::Cholesky, "Cholesky (" + cholesky->statistics().description + ")", reason,
+             cholesky->statistics());
+  if (!definite) cholesky.reset();
+  return definite;
+}
+
+void LinearSolver::State::set_up_lu(const std::string& reason) {
+  if (!lu) lu.emplace(A, elimination(A), options.memory, options.threads);
+  lu->factorise(A);
+  set_report(Method::Lu, "LU (" + lu->statistics().description + ")", reason, lu->statistics());
+}
+
+void LinearSolver::State::set_up_krylov(const std::string& reason) {
+  conjugate = symmetric && is_dominant(A);
+  factorise_walls();
+  const std::string name = conjugate ? "conjugate gradients" : "BiCGSTAB";
+  if (stiffness() > stiff && factorise_twin()) {
+    preconditioner = [this](const double* r, double* z) {
+      twin->solve(r, z, 1);
+      correct_walls(r, z);
+    };
+    return set_report(Method::Krylov,
+                      name + " preconditioned by the factor (" + twin->statistics().description +
+                          ") of a compact symmetric twin",
+                      reason, twin->statistics());
+  }
+  inverse_diagonal = A.diagonal().unaryExpr([](double a) { return a != 0 ? 1 / a : 1; });
+  preconditioner = [this](const double* r, double* z) {
+    for (int i = 0; i < n; ++i) z[i] = inverse_diagonal[i] * r[i];
+    correct_walls(r, z);
+  };
+  set_report(Method::Krylov, name + " preconditioned by the diagonal", reason);
+}
+
+/// Neither the diagonal nor a twin knows anything of boundary conditions, and a preconditioner that
+/// gets them wrong costs hundreds of iterations: their rows are factorised among themselves.
+void LinearSolver::State::factorise_walls() {
+  if (points.walls.empty()) return;
+  std::vector<int> place(n, -1);
+  for (std::size_t k = 0; k < points.walls.size(); ++k)
+    place[points.walls[k]] = static_cast<int>(k);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const int i : points.walls)
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a)
+      if (place[a.col()] >= 0) entries.emplace_back(place[i], place[a.col()], a.value());
+  const auto count = static_cast<Eigen::Index>(points.walls.size());
+  SparseMatrix among(count, count);
+  among.setFromTriplets(entries.begin(), entries.end());
+  try {
+    if (!walls) walls.emplace(among, Elimination{}, options.memory, options.threads);
+    walls->factorise(among);
+  } catch (const std::runtime_error&) {  // singular or too large: without, then
+    walls.reset();
+  }
+  wall_residuals.resize(count);
+  wall_corrections.resize(count);
+}
+
+/// Makes z meet the boundary conditions, given the residuals r.
+void LinearSolver::State::correct_walls(const double* r, double* z) {
+  if (!walls) return;
+  for (std::size_t k = 0; k < points.walls.size(); ++k) {
+    const int i = points.walls[k];
+    wall_residuals[k] = r[i] - row_product(A, i, z);
+  }
+  walls->solve(wall_residuals.data(), wall_corrections.data(), 1);
+  for (std::size_t k = 0; k < points.walls.size(); ++k) z[points.walls[k]] += wall_corrections[k];
+}
+
+/// Whether there is a twin, it fits the memory and is positive definite.
+bool LinearSolver::State::factorise_twin() {
+  if (!points.cloud.has_volumes()) return false;
+  const SparseMatrix matrix = compact_twin(A, points.cloud, points.walls, options.threads);
+  try {
+    if (!twin) twin.emplace(matrix, scale, elimination(matrix), options.memory, options.threads);
+    return twin->factorise(matrix);
+  } catch (const FactorTooLarge&) {
+    return false;
+  }
+}
+
+/// dt nu / dx^2 at the median row, infinity in a steady problem; 0 if there are no volumes to tell.
+double LinearSolver::State::stiffness() const {
+  if (!points.cloud.has_volumes()) return 0;
+  Eigen::VectorXd ratios = row_diffusivities(A, points.cloud, options.threads);
+  for (int i = 0; i < n; ++i) {
+    double sum = 0, size = 0;
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
+      sum += a.value();
+      size += std::abs(a.value());
+    }
+    constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();
+    ratios[i] = sum > rounding * size
+                    ? ratios[i] / (sum * std::pow(scale[i], 2.0 / points.cloud.dimension()))
+                    : std::numeric_limits<double>::infinity();
+  }
+  return median(std::move(ratios));
+}
+
+// Solving
+
+/// Whether |b - A x| is below the tolerance, or as small as rounding lets it be. Its size is left in
+/// `residual`, relative to |b|, unless that is 0.
+bool LinearSolver::State::is_solution(int column, double& residual) {
+  const double* const b = rhs.col(column).data();
+  const double* const x = solution.col(column).data();
+  const double size = rhs.col(column).norm();
+  const double norm = krylov.residual(A, b, x, residuals.col(column).data());
+  residual = size > 0 ? norm / size : norm;
+  if (!std::isfinite(norm)) return false;
+  if (norm <= options.tolerance * size) return true;
+  if (norm > 1e-8 * size) return false;  // no rounding error of a regular matrix
+  double squared = 0;
+  for (int i = 0; i < n; ++i) {
+    double terms = std::abs(b[i]);
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a) terms += std::abs(a.value() * x[a.col()]);
+    squared += terms * terms;
+  }
+  return norm <= 8 * std::numeric_limits<double>::epsilon() * std::sqrt(squared);
+}
+
+/// Solves by the factor, then refines up to twice.
+void LinearSolver::State::solve_directly(SolveReport& result) {
+  const int columns = static_cast<int>(rhs.cols());
+  const auto solve = [&](const Eigen::MatrixXd& from, Eigen::MatrixXd& to) {
+    cholesky ? cholesky->solve(from.data(), to.data(), columns)
+             : lu->solve(from.data(), to.data(), columns);
+  };
+  solve(rhs, solution);
+  for (;; ++result.iterations) {
+    bool good = true;
+    result.residual = 0;
+    for (int c = 0; c < columns; ++c) {
+      double residual;
+      good = is_solution(c, residual) && good;
+      result.residual = std::max(result.residual, residual);
+    }
+    if (good) return;
+    if (result.iterations == 2) throw_unsolved(result);
+    solve(residuals, corrections);
+    solution += corrections;
+  }
+}
+
+/// Iterates on each column, again from the true residual as long as that halves it.
+void LinearSolver::State::iterate(SolveReport& result) {
+  double worst = 0;
+  for (int c = 0; c < rhs.cols(); ++c) {
+    const double* const b = rhs.col(c).data();
+    double* const x = solution.col(c).data();
+    const double target = options.tolerance * rhs.col(c).norm();
+    int left = options.max_iterations;
+    double residual, before = std::numeric_limits<double>::infinity();
+    while (!is_solution(c, residual)) {
+      result.residual = residual;
+      if (left == 0 || !(residual < before / 2)) throw_unsolved(result);
+      before = residual;
+      const int done =
+          conjugate ? krylov.conjugate_gradients(A, scale, preconditioner, b, x, target, left)
+                    : krylov.bicgstab(A, preconditioner, b, x, target, left);
+      result.iterations += done;
+      left -= done;
+    }
+    worst = std::max(worst, residual);
+  }
+  result.residual = worst;
+}
+
+void LinearSolver::State::throw_unsolved(const SolveReport& result) const {
+  const bool krylov = report.method == Method::Krylov;
+  throw SolverError(
+      report.description + " did not converge: relative residual " + rounded(result.residual) +
+          " after " + std::to_string(result.iterations) +
+          (krylov ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
+      result.residual);
+}
+
+LinearSolver::LinearSolver(SparseMatrix matrix, SolverOptions options, SystemPoints points)
+    : state_(std::make_unique<State>(std::move(matrix), options, std::move(points))) {}
+
+LinearSolver::LinearSolver(LinearSolver&&) noexcept = default;
+LinearSolver& LinearSolver::operator=(LinearSolver&&) noexcept = default;
+LinearSolver::~LinearSolver() = default;
+
+void LinearSolver::refactor(SparseMatrix matrix) {
+  State& s = *state_;
+  const auto same = [](const int* a, const int* b, Eigen::Index count) {
+    return std::equal(a, a + count, b);
+  };
+  if (matrix.rows() != s.n || matrix.cols() != s.n || !matrix.isCompressed() ||
+      matrix.nonZeros() != s.A.nonZeros() ||
+      !same(matrix.outerIndexPtr(), s.A.outerIndexPtr(), s.n + 1) ||
+      !same(matrix.innerIndexPtr(), s.A.innerIndexPtr(), matrix.nonZeros()))
+    throw InvalidInput("refactor needs a matrix of the pattern that was analysed");
+  s.A.swap(matrix);
+  s.set_up();
+}
+
+SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
+                                Eigen::Ref<Eigen::MatrixXd> x) {
+  State& s = *state_;
+  Stopwatch watch;
+  if (b.rows() != s.n || x.rows() != s.n || b.cols() != x.cols())
+    throw InvalidInput("b is " + std::to_string(b.rows()) + " x " + std::to_string(b.cols()) +
+                       " and x " + std::to_string(x.rows()) + " x " + std::to_string(x.cols()) +
+                       " for a matrix of " + std::to_string(s.n) + " rows");
+  for (Eigen::Index c = 0; c < b.cols(); ++c)
+    for (int i = 0; i < s.n; ++i)
+      if (!std::isfinite(b(i, c)) || !std::isfinite(x(i, c)))
+        throw InvalidInput("the right-hand side or the start is not finite at " + s.row(i));
+  SolveReport result;
+  if (s.n == 0 || b.cols() == 0) return result;
+  s.rhs = b;
+  s.solution = x;
+  s.residuals.resize(b.rows(), b.cols());
+  s.corrections.resize(b.rows(), b.cols());
+  s.report.method == Method::Krylov ? s.iterate(result) : s.solve_directly(result);
+  x = s.solution;
+  result.seconds = watch.lap();
+  return result;
+}
+
+const SolverReport& LinearSolver::report() const { return state_->report; }
+const SparseMatrix& LinearSolver::matrix() const { return state_->A; }
+
+}  // namespace gradpsi
