@@ -6,4 +6,5 @@
 void add_schemes(CLI::App& app);
 void add_assemble(CLI::App& app);
 void add_derive(CLI::App& app);
+void add_diffuse(CLI::App& app);
 void add_converge(CLI::App& app);

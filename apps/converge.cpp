@@ -26,6 +26,7 @@
 
 #include "commands.hpp"
 #include "convergence_gp.hpp"
+#include "progress.hpp"
 
 namespace {
 
@@ -133,18 +134,10 @@ void set_norms(Result& result, const Eigen::VectorXd& error, const gradpsi::Posi
       whole_supports ? norms(0.5) : std::pair(not_a_number, not_a_number);
 }
 
-/// A bar on the terminal, if standard error is one.
-void show_progress(int done, int of) {
-  static const bool terminal = isatty(STDERR_FILENO);
-  if (!terminal) return;
-  std::cerr << "\r[" << std::string(40 * done / of, '#') << std::string(40 - 40 * done / of, ' ')
-            << "] " << done << " of " << of << " clouds and supports" << (done < of ? "" : "\n")
-            << std::flush;
-}
-
 /// All results, curve by curve, each from the largest spacing to the smallest.
 std::vector<Result> study(const Options& options) {
   const auto all_sides = sides(options);
+  Progress progress(6 * static_cast<int>(all_sides.size()), "clouds and supports");
   int done = 0;
   std::vector<Result> results;
   for (const int m : all_sides) {
@@ -168,7 +161,7 @@ std::vector<Result> study(const Options& options) {
           set_norms(result, errors(scheme, op, derivatives), cloud.positions());
           results.push_back(result);
         }
-        show_progress(++done, 6 * static_cast<int>(all_sides.size()));
+        progress.show(++done);
       }
     }
   }

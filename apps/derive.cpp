@@ -14,11 +14,7 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
   check_outputs(options, {output});
   Problem problem = read_points(options);
   gradpsi::Table& table = problem.table;
-  const Eigen::VectorXd u = table.column(field);
-  for (Eigen::Index i = 0; i < u.size(); ++i)
-    if (!std::isfinite(u[i]))
-      throw gradpsi::InvalidInput("point " + std::to_string(i) + " has a value of '" + field +
-                                  "' that is not finite");
+  const Eigen::VectorXd u = finite_column(table, field);
   assemble(options, problem);
   const auto& axes = problem.op.axes;
   if (scheme.derivative == gradpsi::Derivative::Laplacian) {
@@ -27,9 +23,7 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
     const std::array suffixes = {"_x", "_y", "_z"};
     for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
   }
-  write_and_report(options, problem, {output}, [&] {
-    output.extension() == ".vtu" ? write_vtu(output, table) : write_csv(output, table);
-  });
+  write_and_report(options, problem, {output}, [&] { write_table(output, table); });
 }
 
 }  // namespace
@@ -44,16 +38,9 @@ void add_derive(CLI::App& app) {
   command->add_option("--field", *field, "The column to differentiate")
       ->type_name("COLUMN")
       ->required();
-  command
-      ->add_option("-o", *output,
+  add_table_output(*command, *output,
                    "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                   "(gradient) or lap_FIELD (Laplacian)")
-      ->type_name("OUT")
-      ->required()
-      ->check([](const std::string& name) {
-        const auto extension = path(name).extension();
-        return extension == ".csv" || extension == ".vtu" ? "" : "must end in .csv or .vtu";
-      });
+                   "(gradient) or lap_FIELD (Laplacian)");
   command->footer(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
       "--support-ratio 3 -o lap.vtu");

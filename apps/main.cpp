@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
   add_schemes(app);
   add_assemble(app);
   add_derive(app);
+  add_diffuse(app);
   add_converge(app);
 
   try {

@@ -6,35 +6,18 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <iostream>
 #include <sstream>
 #include <utility>
 
+#include "../lib/stopwatch.hpp"
+
 using gradpsi::InvalidInput;
+using gradpsi::Stopwatch;
 using std::filesystem::path;
 
 namespace {
-
-/// Seconds since the last call, or since construction.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = Clock::now();
-    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
-};
-
-std::string text(double x) {
-  std::ostringstream out;
-  out << x;
-  return out.str();
-}
 
 gradpsi::CloudOptions cloud_options(const OperatorOptions& options, const gradpsi::Table& table) {
   gradpsi::CloudOptions result;
@@ -94,6 +77,12 @@ std::array<double, 3> lengths(const std::string& text) {
 }
 
 }  // namespace
+
+std::string text(double x) {
+  std::ostringstream out;
+  out << x;
+  return out.str();
+}
 
 void OperatorOptions::add_to(CLI::App& command) {
   command
@@ -172,22 +161,25 @@ Problem read_points(const OperatorOptions& options) {
       {"dropped_points", points_read - cloud.size()},
       {"peak_bytes", 0},
       {"threads", options.threads > 0 ? options.threads : omp_get_max_threads()}};
-  return {std::move(table), std::move(cloud), {}, std::move(report)};
+  return {std::move(table), std::move(cloud), {}, {}, std::move(report)};
+}
+
+gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options) {
+  return {.kernel = gradpsi::kernel(options.kernel),
+          .on_degenerate = options.on_degenerate == "fail"    ? gradpsi::OnDegenerate::Fail
+                           : options.on_degenerate == "lower" ? gradpsi::OnDegenerate::Lower
+                                                              : gradpsi::OnDegenerate::Zero,
+          .threads = options.threads};
 }
 
 void assemble(const OperatorOptions& options, Problem& problem) {
-  const gradpsi::AssemblyOptions assembly{
-      .kernel = gradpsi::kernel(options.kernel),
-      .on_degenerate = options.on_degenerate == "fail"    ? gradpsi::OnDegenerate::Fail
-                       : options.on_degenerate == "lower" ? gradpsi::OnDegenerate::Lower
-                                                          : gradpsi::OnDegenerate::Zero,
-      .threads = options.threads};
+  const gradpsi::AssemblyOptions assembly = assembly_options(options);
   Stopwatch watch;
   const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
-  const auto near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
+  problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   problem.report["seconds"]["search"] = watch.lap();
   try {
-    problem.op = gradpsi::assemble(options.scheme, problem.cloud, near, assembly);
+    problem.op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
   } catch (const gradpsi::StencilError& error) {
     std::string message = error.what();
     if (problem.report["dropped_points"] > 0) message += " (dropped points are not counted)";
@@ -195,8 +187,31 @@ void assemble(const OperatorOptions& options, Problem& problem) {
   }
   problem.report["seconds"]["weights"] = watch.lap();
   problem.report["entries"] = problem.op.matrix().nonZeros();
-  problem.report["neighbours"] = neighbour_counts(near);
+  problem.report["neighbours"] = neighbour_counts(problem.near);
   problem.report["degenerate_rows"] = problem.op.rows.degenerate();
+}
+
+Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& name) {
+  Eigen::VectorXd values = table.column(name);
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i]))
+      throw InvalidInput("point " + std::to_string(i) + " has a value of '" + name +
+                         "' that is not finite");
+  return values;
+}
+
+CLI::Option* add_table_output(CLI::App& command, path& output, const std::string& description) {
+  return command.add_option("-o", output, description)
+      ->type_name("OUT")
+      ->required()
+      ->check([](const std::string& name) {
+        const auto extension = path(name).extension();
+        return extension == ".csv" || extension == ".vtu" ? "" : "must end in .csv or .vtu";
+      });
+}
+
+void write_table(const path& file, const gradpsi::Table& table) {
+  file.extension() == ".vtu" ? write_vtu(file, table) : write_csv(file, table);
 }
 
 void check_outputs(const OperatorOptions& options, std::vector<path> files) {

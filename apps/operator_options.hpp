@@ -29,15 +29,30 @@ struct OperatorOptions {
 struct Problem {
   gradpsi::Table table;
   gradpsi::Cloud cloud;
+  gradpsi::Neighbours near;
   gradpsi::Operator op;
   nlohmann::ordered_json report;  ///< what --report writes
 };
 
-/// Reads the points; the operator is still empty.
+/// Kernel, policy for degenerate rows and threads.
+gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options);
+
+/// Reads the points; neighbours and operator are still empty.
 Problem read_points(const OperatorOptions& options);
 
 /// Finds the neighbours and assembles the operator.
 void assemble(const OperatorOptions& options, Problem& problem);
+
+/// A number as the terminal shows it, six digits.
+std::string text(double x);
+
+/// A column of the points, all its values finite.
+Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& name);
+
+/// OUT of -o: a file that ends in .csv or .vtu, written by write_table().
+CLI::Option* add_table_output(CLI::App& command, std::filesystem::path& output,
+                              const std::string& description);
+void write_table(const std::filesystem::path& file, const gradpsi::Table& table);
 
 /// Throws unless the files can be written, as far as can be told beforehand, and are neither the points
 /// nor the report nor one another. To be called before long work.

@@ -321,6 +321,18 @@ void write_entries(Output& out, const SparseMatrix& matrix) {
       out << i + 1 << " " << static_cast<int>(entry.col()) + 1 << " " << entry.value() << "\n";
 }
 
+Eigen::Index place_of(std::string_view name, const Table& table) {
+  const auto found = std::ranges::find(table.names, name);
+  if (found == table.names.end()) throw_unknown("column", name, table.names);
+  return found - table.names.begin();
+}
+
+void check_length(std::string_view name, const Eigen::VectorXd& column, const Table& table) {
+  if (column.size() != table.values.rows())
+    throw InvalidInput("column '" + std::string(name) + "' has " + std::to_string(column.size()) +
+                       " entries, the table has " + std::to_string(table.values.rows()) + " rows");
+}
+
 }  // namespace
 
 bool Table::has(std::string_view name) const {
@@ -328,16 +340,17 @@ bool Table::has(std::string_view name) const {
 }
 
 Eigen::VectorXd Table::column(std::string_view name) const {
-  const auto found = std::ranges::find(names, name);
-  if (found == names.end()) throw_unknown("column", name, names);
-  return values.col(found - names.begin());
+  return values.col(place_of(name, *this));
+}
+
+void Table::set(std::string_view name, const Eigen::VectorXd& column) {
+  check_length(name, column, *this);
+  values.col(place_of(name, *this)) = column;
 }
 
 void Table::add(const std::string& name, const Eigen::VectorXd& column) {
   if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
-  if (column.size() != values.rows())
-    throw InvalidInput("column '" + name + "' has " + std::to_string(column.size()) +
-                       " entries, the table has " + std::to_string(values.rows()) + " rows");
+  check_length(name, column, *this);
   names.push_back(name);
   values.conservativeResize(Eigen::NoChange, values.cols() + 1);
   values.rightCols<1>() = column;

@@ -72,7 +72,8 @@ TEST_P(Methods, AgreeWithADenseSolve) {
   double residual = 0;
   for (int c = 0; c < b.cols(); ++c)
     residual = std::max(residual, (b.col(c) - system.matrix * x.col(c)).norm() / b.col(c).norm());
-  EXPECT_LE(report.residual,
+  // Some rows at the edge are 1e5 times the others; that is what rounding leaves of their terms.
+  EXPECT_LE(report.residual, 1e-10);
   EXPECT_NEAR(report.residual, residual, 1e-12);
 }
 

@@ -25,6 +25,9 @@ struct Table {
   Eigen::VectorXd column(std::string_view name) const;
   /// @throws InvalidInput  if the name is taken or the length differs
   void add(const std::string& name, const Eigen::VectorXd& values);
+  /// Gives a column other values.
+  /// @throws InvalidInput  if there is no such column or the length differs
+  void set(std::string_view name, const Eigen::VectorXd& values);
   /// The rows of these indices, each from 0 to rows - 1, in this order.
   Table select(const std::vector<int>& rows) const;
 };
