@@ -350,6 +350,30 @@ class Diffuse(ProgramTest):
         self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
 
 
+class DiffusionOrders(unittest.TestCase):
+    def test_time_and_space(self):
+        done = subprocess.run([os.environ["GRADPSI_DIFFUSION_ORDERS"], "--quick"], capture_output=True,
+                              text=True, check=True)
+        rows = list(csv.DictReader(done.stdout.splitlines()))
+        self.assertEqual({(r["dimension"], r["walls"]) for r in rows},
+                         {(d, w) for d in "123" for w in ["fixed", "no-flux"]})
+        expected = {"backward-euler": (0.9, 1.1), "crank-nicolson": (1.9, 2.1)}
+        errors = {}
+        for r in rows:
+            if r["of"] == "time" and r["order"]:
+                low, high = expected[r["method"]]
+                self.assertTrue(low < float(r["order"]) < high, r)
+            if r["of"] == "space":
+                errors.setdefault((r["dimension"], r["walls"], r["jitter"], r["method"]), []).append(r)
+        for (dimension, walls, jitter, method), curve in errors.items():
+            if method == "laplacian-mixed-soc":
+                # In 3D the coarsest clouds are all wall.
+                low = 1.7 if dimension != "3" else 0.2
+                self.assertTrue(low < float(curve[-1]["order"]) < 2.2, curve[-1])
+                uncorrected = errors[dimension, walls, jitter, "laplacian-mixed-zoc"][-1]
+                self.assertLess(float(curve[-1]["error"]), 0.8 * float(uncorrected["error"]))
+
+
 class Errors(ProgramTest):
     def test_bad_usage_is_2_and_shows_the_usage(self):
         points = self.square()

@@ -50,7 +50,9 @@ struct BoundaryConditions {
 struct DiffusionOptions {
   double diffusivity = 1;  ///< nu >= 0, length^2/time
   double time_step = 0;    ///< dt > 0; infinity: steady_state()
-  double theta = 1;        ///< 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2; 0.5 to 1
+  /// 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2 from a field that meets the wall
+  /// conditions (a step of hardly any length makes it do so); 0.5 to 1.
+  double theta = 1;
   Eigen::VectorXd source = {};  ///< f, n values; empty: 0
   SolverOptions solver = {};
 };
