@@ -4,7 +4,7 @@
 #include <iostream>
 #include <limits>
 #include <memory>
-#include <sstream>
+#include <ostream>
 
 #include "../lib/stopwatch.hpp"
 #include "commands.hpp"
@@ -118,6 +118,10 @@ nlohmann::ordered_json solve(const Options& options, gradpsi::ImplicitDiffusion&
                              Eigen::VectorXd& u, const std::function<void(int)>& done) {
   const int count = options.steady ? 1 : *options.steps;
   Progress progress(count, "steps");
+  const auto size = [](const Eigen::VectorXd& field) {
+    return field.size() > 0 ? field.cwiseAbs().maxCoeff() : 0;
+  };
+  const double initially = size(u);
   gradpsi::SolveReport total;
   for (int step = 1; step <= count; ++step) {
     try {
@@ -127,7 +131,11 @@ nlohmann::ordered_json solve(const Options& options, gradpsi::ImplicitDiffusion&
       total.seconds += report.seconds;
     } catch (const gradpsi::SolverError& error) {
       if (options.steady) throw;
-      throw std::runtime_error("step " + std::to_string(step) + ": " + error.what());
+      std::string message = "step " + std::to_string(step) + ": " + error.what();
+      if (const double now = size(u); now > 1e10 * initially)
+        message += "; the field had grown from " + text(initially) + " to " + text(now) +
+                   ": this scheme is unstable on these points";
+      throw std::runtime_error(message);
     }
     done(step);
     progress.show(step);
@@ -150,11 +158,20 @@ nlohmann::ordered_json json(const gradpsi::SolverReport& solver) {
           {"factor_seconds", solver.factor_seconds}};
 }
 
-std::string range(const Eigen::VectorXd& u) {
-  if (u.size() == 0) return "[]";
-  std::ostringstream text;
-  text << '[' << u.minCoeff() << ", " << u.maxCoeff() << ']';
-  return text.str();
+struct Range {
+  explicit Range(const Eigen::VectorXd& u)
+      : least(u.size() > 0 ? u.minCoeff() : 0), most(u.size() > 0 ? u.maxCoeff() : 0) {}
+  double least, most;
+};
+
+std::ostream& operator<<(std::ostream& out, const Range& range) {
+  return out << '[' << range.least << ", " << range.most << ']';
+}
+
+/// Whether the field has left its range by more than rounding and Crank-Nicolson's ripples.
+bool left(const Range& before, const Range& after) {
+  const double margin = 0.01 * (before.most - before.least);
+  return after.least < before.least - margin || after.most > before.most + margin;
 }
 
 void check(const Options& options) {
@@ -172,7 +189,7 @@ void run(const Options& options) {
   Problem problem = read_points(options);
   gradpsi::Table& table = problem.table;
   Eigen::VectorXd u = finite_column(table, options.field);
-  const std::string before = range(u);
+  const Range before(u);
   assemble(options, problem);
   gradpsi::ImplicitDiffusion heat = diffusion(options, problem);
 
@@ -191,12 +208,16 @@ void run(const Options& options) {
   write_and_report(options, problem, {options.output}, [&] { write_table(options.output, table); });
 
   const gradpsi::SolverReport& solver = heat.solver();
+  const Range after(u);
   std::cout << "solved by " << solver.description << ":\n  " << solver.reason << '\n'
             << (options.steady ? "steady" : "steps: " + steps["count"].dump()) << ", "
             << (solver.method == gradpsi::Method::Krylov ? "iterations: " : "refinements: ")
             << steps["iterations"] << ", largest relative residual "
             << text(steps["largest_residual"]) << '\n'
-            << options.field << " was in " << before << ", is in " << range(u) << '\n';
+            << options.field << " was in " << before << ", is in " << after << '\n';
+  if (options.source.empty() && options.flux.empty() && left(before, after))
+    std::cout << "  diffusion alone never leaves the range it started from: on these points " +
+                     options.scheme + " does not approximate it\n";
   std::string title = options.field + ", " + options.scheme + ", ";
   if (options.steady)
     title += "steady";

@@ -44,7 +44,7 @@ struct Lu::State {
   FactorStatistics statistics;
 };
 
-Lu::Lu(const SparseMatrix& A, const Elimination& elimination, double memory, int threads)
+Lu::Lu(const SparseMatrix& A, const Elimination& elimination, int threads)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   Stopwatch watch;
@@ -68,11 +68,6 @@ Lu::Lu(const SparseMatrix& A, const Elimination& elimination, double memory, int
                                    s.info.data()));
   s.statistics.description = "UMFPACK, ordered by " + std::string(name(elimination.ordering));
   s.statistics.analyse_seconds = watch.lap();
-  // Small blocks, as in two dimensions, are multiplied faster by one thread than by several (1.6x).
-  const double entries = s.info[UMFPACK_LNZ_ESTIMATE] + s.info[UMFPACK_UNZ_ESTIMATE];
-  if (s.info[UMFPACK_FLOPS_ESTIMATE] < 1000 * entries) s.threads = 1;
-  const double bytes = s.info[UMFPACK_PEAK_MEMORY_ESTIMATE] * s.info[UMFPACK_SIZE_OF_UNIT];
-  if (bytes > memory) throw FactorTooLarge(bytes, memory);
 }
 
 Lu::Lu(Lu&&) noexcept = default;

@@ -11,8 +11,7 @@ namespace gradpsi {
 /// LU factorisation of a compressed A; analysed once, factorised for any values in the same pattern.
 class Lu {
  public:
-  /// @throws FactorTooLarge  if the factor might take more than `memory` bytes
-  Lu(const SparseMatrix& A, const Elimination& elimination, double memory, int threads);
+  Lu(const SparseMatrix& A, const Elimination& elimination, int threads);
   Lu(Lu&&) noexcept;
   Lu& operator=(Lu&&) noexcept;
   ~Lu();

@@ -15,7 +15,7 @@ struct Lu::State {
   FactorStatistics statistics;
 };
 
-Lu::Lu(const SparseMatrix& A, const Elimination&, double, int) : state_(std::make_unique<State>()) {
+Lu::Lu(const SparseMatrix& A, const Elimination&, int) : state_(std::make_unique<State>()) {
   Stopwatch watch;
   state_->lu.analyzePattern(A);
   state_->statistics = {.description = "Eigen, ordered by COLAMD", .analyse_seconds = watch.lap()};
