@@ -53,8 +53,9 @@ View view(const gradpsi::Positions& x, const Eigen::VectorXd& field, const std::
 }
 
 void write_script(FILE* out, const std::filesystem::path& png, const View& view,
-                  const Eigen::VectorXd& field, const std::string& name, const std::string& title) {
-  const bool curve = view.up_name == name;
+                  Eigen::Index dimension, const Eigen::VectorXd& field, const std::string& name,
+                  const std::string& title) {
+  const bool curve = dimension == 1;
   const Range across = range(view.across, 0.03), up = range(view.up, 0.03),
               colour = range(field, 0);
   constexpr double width = 900, frame = 700;  // pixels
@@ -93,7 +94,7 @@ bool draw_field(const std::filesystem::path& png, const gradpsi::Positions& x,
   FILE* const gnuplot = popen("gnuplot >/dev/null 2>&1", "w");
   if (!gnuplot) return false;
   const std::filesystem::path part = png.string() + ".part";
-  write_script(gnuplot, part, view(x, field, name), field, name, title);
+  write_script(gnuplot, part, view(x, field, name), x.cols(), field, name, title);
   bool drawn = std::ferror(gnuplot) == 0;
   drawn = pclose(gnuplot) == 0 && drawn;
   std::error_code failure, ignored;

@@ -4,11 +4,16 @@
 
 #include <iostream>
 #include <string>
+#include <utility>
 
 /// A bar on standard error, if that is a terminal: show(done) as work proceeds, up to the total.
 class Progress {
  public:
   Progress(int total, std::string unit) : total_(total), unit_(std::move(unit)) {}
+
+  ~Progress() {
+    if (filled_ >= 0 && filled_ < 40) std::cerr << '\n';  // an error goes on a line of its own
+  }
 
   void show(int done) {
     const int filled = static_cast<int>(40.0 * done / total_);

@@ -9,7 +9,7 @@ source apps/dependencies.sh
 install_missing "${gradpsi_packages[@]}"
 
 cmake --preset release
-cmake --build --preset release --target gradpsi_program gradpsi_diffusion_orders
+cmake --build --preset release --target gradpsi_program gradpsi_diffusion_study
 gradpsi=build/release/apps/gradpsi
 results=build/results
 mkdir -p $results
@@ -56,13 +56,13 @@ $gradpsi derive $results/letters.csv --field u --scheme gradient-direct-soc --su
   --on-degenerate lower -o $results/letters.vtu >/dev/null
 
 echo
-echo "== Diffusion: orders in time and space on decaying modes =="
-build/release/apps/gradpsi_diffusion_orders >$results/diffusion_orders.csv
+echo "== Diffusion: orders in time and space, a Poisson problem, a slab of two conductivities =="
+build/release/apps/gradpsi_diffusion_study >$results/diffusion_study.csv
 awk -F, 'NR > 1 {
-    line = sprintf("%-5s  %sD  %-7s  jitter %-3s  %-19s", $1, $2, $3, $4, $5)
+    line = sprintf("%-7s  %sD  %-7s  jitter %-3s  %-19s  h/dx %-3s", $1, $2, $3, $4, $5, $6)
     if (line != before && before != "") print before result
-    before = line; result = sprintf("  error %8.1e  order %s", $7, $8)
-  } END {print before result}' $results/diffusion_orders.csv
+    before = line; result = sprintf("  error %8.1e", $8) ($9 == "" ? "" : "  order " $9)
+  } END {print before result}' $results/diffusion_study.csv
 
 echo
 echo "== Heat in the letters: ends at x <= 2.101 held at 1, at x >= 2.449 at 0, steady state =="

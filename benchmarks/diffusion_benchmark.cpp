@@ -107,9 +107,9 @@ void run_gradpsi(const std::string& name, const System& system, gradpsi::Method 
   if (report.method != gradpsi::Method::Krylov) solver.solve(system.b, x);  // touches its memory
   x = system.b;
   const gradpsi::SolveReport solve = solver.solve(system.b, x);
-  print({"gradpsi " + name, report.analyse_seconds, report.factor_seconds, solve.seconds,
-         report.factor_entries / report.unknowns, report.factor_bytes / 1e9, solve.iterations,
-         solve.residual});
+  print({"gradpsi " + name, report.factor.analyse_seconds, report.factor.factor_seconds,
+         solve.seconds, report.factor.entries / report.unknowns, report.factor.bytes / 1e9,
+         solve.iterations, solve.residual});
 }
 
 template <class Solver>

@@ -2,9 +2,11 @@
 
 #include <cholmod.h>
 
-#include <chrono>
+#include <algorithm>
 #include <new>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "factorisation_threads.hpp"
 #include "gradpsi/error.hpp"
@@ -82,7 +84,7 @@ struct Cholesky::State {
   Sparse S{common};  // its lower triangle by columns: the upper one of A by rows
   Factor L{common};
   Dense B{common}, X{common}, Y{common}, E{common};
-  FactorStatistics statistics;
+  FactorReport report;
 };
 
 void Cholesky::State::set_pattern(const SparseMatrix& A) {
@@ -114,7 +116,7 @@ double Cholesky::State::factor_bytes() const {
   if (f.is_super)  // blocks, their rows, and the largest block's update
     return 8.0 * (static_cast<double>(f.xsize) + static_cast<double>(f.ssize) +
                   static_cast<double>(f.maxcsize));
-  return 16.0 * statistics.entries;
+  return 16.0 * report.entries;
 }
 
 Cholesky::Cholesky(const SparseMatrix& A, Eigen::VectorXd scale, const Elimination& elimination,
@@ -123,19 +125,18 @@ Cholesky::Cholesky(const SparseMatrix& A, Eigen::VectorXd scale, const Eliminati
   State& s = *state_;
   Stopwatch watch;
   s.set_pattern(A);
-  s.S.object->xtype = CHOLMOD_REAL;
   std::vector<Int> permutation(elimination.permutation.begin(), elimination.permutation.end());
   s.L.object = cholmod_l_analyze_p(s.S.object, permutation.empty() ? nullptr : permutation.data(),
                                    nullptr, 0, s.common.get());
   s.common.check("analyse the matrix");
-  s.statistics = {.description = std::string("CHOLMOD, ") +
-                                 (s.L.object->is_super ? "supernodal" : "simplicial") +
-                                 ", ordered by " + std::string(name(elimination.ordering)),
-                  .entries = s.common.get()->lnz,
-                  .flops = s.common.get()->fl,
-                  .analyse_seconds = watch.lap()};
-  s.statistics.bytes = s.factor_bytes();
-  if (s.statistics.bytes > memory) throw FactorTooLarge(s.statistics.bytes, memory);
+  s.report = {.description = std::string("CHOLMOD, ") +
+                             (s.L.object->is_super ? "supernodal" : "simplicial") +
+                             ", ordered by " + std::string(name(elimination.ordering)),
+              .entries = s.common.get()->lnz,
+              .flops = s.common.get()->fl,
+              .analyse_seconds = watch.lap()};
+  s.report.bytes = s.factor_bytes();
+  if (s.report.bytes > memory) throw FactorTooLarge(s.report.bytes, memory);
 }
 
 Cholesky::Cholesky(Cholesky&&) noexcept = default;
@@ -149,7 +150,7 @@ bool Cholesky::factorise(const SparseMatrix& A) {
   const FactorisationThreads threads(s.threads);
   cholmod_l_factorize(s.S.object, s.L.object, s.common.get());
   s.common.check("factorise the matrix");
-  s.statistics.factor_seconds = watch.lap();
+  s.report.factor_seconds = watch.lap();
   return s.L.object->minor == s.L.object->n;
 }
 
@@ -171,6 +172,6 @@ void Cholesky::solve(const double* b, double* x, int columns) {
   std::copy_n(static_cast<const double*>(s.X.object->x), columns * n, x);
 }
 
-const FactorStatistics& Cholesky::statistics() const { return state_->statistics; }
+const FactorReport& Cholesky::report() const { return state_->report; }
 
 }  // namespace gradpsi

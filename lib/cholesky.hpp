@@ -27,7 +27,7 @@ class Cholesky {
   /// nothing if the call before had as many.
   void solve(const double* b, double* x, int columns);
 
-  const FactorStatistics& statistics() const;
+  const FactorReport& report() const;
 
  private:
   struct State;

@@ -25,7 +25,7 @@ struct Cholesky::State {
   Eigen::VectorXd scale;
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order;  // unknown to its place
   Eigen::SimplicialLLT<Columns, Eigen::Lower, Eigen::NaturalOrdering<int>> llt;
-  FactorStatistics statistics;
+  FactorReport report;
 };
 
 Cholesky::Cholesky(const SparseMatrix& A, Eigen::VectorXd scale, const Elimination& elimination,
@@ -42,7 +42,7 @@ Cholesky::Cholesky(const SparseMatrix& A, Eigen::VectorXd scale, const Eliminati
   }
   s.order = s.order.inverse();
   s.llt.analyzePattern(s.permuted(A));
-  s.statistics = {
+  s.report = {
       .description = "Eigen, ordered by " +
                      std::string(name(elimination.permutation.size() > 0 ? Ordering::Coordinates
                                                                          : Ordering::Amd)),
@@ -59,13 +59,14 @@ bool Cholesky::factorise(const SparseMatrix& A) {
   s.llt.factorize(s.permuted(A));
   if (s.llt.info() != Eigen::Success) return false;
   const auto& L = s.llt.matrixL().nestedExpression();
-  s.statistics.entries = static_cast<double>(L.nonZeros());
+  s.report.entries = static_cast<double>(L.nonZeros());
+  s.report.flops = 0;
   for (Eigen::Index j = 0; j < L.cols(); ++j) {
     const double count = L.outerIndexPtr()[j + 1] - L.outerIndexPtr()[j];
-    s.statistics.flops += count * count;
+    s.report.flops += count * count;
   }
-  s.statistics.bytes = 12 * s.statistics.entries;
-  s.statistics.factor_seconds = watch.lap();
+  s.report.bytes = 12 * s.report.entries;
+  s.report.factor_seconds = watch.lap();
   return true;
 }
 
@@ -77,6 +78,6 @@ void Cholesky::solve(const double* b, double* x, int columns) {
   Eigen::Map<Eigen::MatrixXd>(x, n, columns) = s.order.inverse() * s.llt.solve(permuted);
 }
 
-const FactorStatistics& Cholesky::statistics() const { return state_->statistics; }
+const FactorReport& Cholesky::report() const { return state_->report; }
 
 }  // namespace gradpsi

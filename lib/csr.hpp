@@ -32,4 +32,11 @@ void for_each_product(const SparseMatrix& A, const double* x, int threads, const
   });
 }
 
+/// r = b - A x; its 2-norm.
+inline double residual(const SparseMatrix& A, const double* b, const double* x, double* r,
+                       int threads) {
+  for_each_product(A, x, threads, [b, r](int i, double product) { r[i] = b[i] - product; });
+  return Eigen::Map<const Eigen::VectorXd>(r, A.rows()).norm();
+}
+
 }  // namespace gradpsi

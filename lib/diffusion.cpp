@@ -12,14 +12,14 @@
 
 namespace gradpsi {
 
-/// The equations of the unknowns: (steady + diag(evolves) / dt) u = ... + coupling u_fixed + constant.
+/// The equations of the unknowns; members as in ImplicitDiffusion.
 struct DiffusionSystem {
-  int points;
+  int points = 0;
   std::vector<int> unknowns;
   FixedValues fixed;
-  Eigen::VectorXd evolves;
-  SparseMatrix steady, coupling;
-  Eigen::VectorXd constant;
+  std::vector<WallRow> walls;
+  Eigen::VectorXd evolves, diagonal, constant;
+  SparseMatrix matrix, coupling;
   SystemPoints system_points;
 };
 
@@ -63,6 +63,9 @@ void check(const Cloud& cloud, const Operator& laplacian) {
     throw InvalidInput("the Laplacian is " + std::to_string(psi.rows()) + " x " +
                        std::to_string(psi.cols()) + " for " + std::to_string(cloud.size()) +
                        " points");
+  if (laplacian.volumes.size() != 0 && laplacian.volumes.size() != cloud.size())
+    throw InvalidInput("the Laplacian has " + std::to_string(laplacian.volumes.size()) +
+                       " volumes for " + std::to_string(cloud.size()) + " points");
 }
 
 /// Throws unless these are points of the cloud that have no condition yet; marks them.
@@ -145,9 +148,8 @@ SparseMatrix columns(int row_count, int column_count, const std::vector<int>& pl
   return matrix;
 }
 
-/// How many times its own size a wall's row is taken, so that it compares with its neighbours' rows
-/// of -theta nu Psi: residuals and preconditioners see all rows alike. Keeps the diagonal positive.
-double wall_factor(const SparseMatrix& rows, int k, int point, double target) {
+/// The largest entry of a wall's row, with the sign of its diagonal.
+double size_of_row(const SparseMatrix& rows, int k, int point) {
   double largest = 0, diagonal = 0;
   for (SparseMatrix::InnerIterator a(rows, k); a; ++a) {
     largest = std::max(largest, std::abs(a.value()));
@@ -156,8 +158,20 @@ double wall_factor(const SparseMatrix& rows, int k, int point, double target) {
   if (!(largest > 0 && std::isfinite(largest)))
     throw InvalidInput("the wall condition" + at_point(point) +
                        " has a gradient row that is zero or not finite");
-  return (target > 0 ? target : 1) / (diagonal < 0 ? -largest : largest);
+  return diagonal < 0 ? -largest : largest;
 }
+
+/// What a wall's row is multiplied by to be as large as its neighbours', so that residuals and
+/// preconditioners see all rows alike; it makes the diagonal positive. A power of 2: nothing is rounded.
+double row_scale(const WallRow& wall, double rate) {
+  const double wanted = wall.diffusion + rate;
+  const double scale =
+      std::exp2(std::round(std::log2((wanted > 0 ? wanted : 1) / std::abs(wall.size))));
+  return wall.size < 0 ? -scale : scale;
+}
+
+/// 1/dt
+double rate_of(double time_step) { return std::isinf(time_step) ? 0 : 1 / time_step; }
 
 DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
                             const BoundaryConditions& conditions, const DiffusionOptions& options) {
@@ -187,25 +201,38 @@ DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
 
   const SparseMatrix wall_matrix = wall_rows(walls, n);
   std::vector<int> wall_of(unknowns, -1);
-  Eigen::VectorXd factors(wall_matrix.rows());
   for (int k = 0; k < wall_matrix.rows(); ++k) {
     const int i = walls.points[k], u = unknown_place[i];
     wall_of[u] = k;
-    factors[k] = wall_factor(wall_matrix, k, i, std::abs(coefficient * psi.coeff(i, i)));
+    WallRow wall{u, size_of_row(wall_matrix, k, i), std::abs(coefficient * psi.coeff(i, i)), 1};
+    wall.scale = row_scale(wall, rate_of(options.time_step));
+    system.walls.push_back(wall);
     system.evolves[u] = 0;
-    system.constant[u] = walls.flux.size() > 0 ? factors[k] * walls.flux[k] : 0;
+    system.constant[u] = walls.flux.size() > 0 ? wall.scale * walls.flux[k] : 0;
   }
 
   const auto for_each_entry = [&](int u, const auto& f) {
     const int k = wall_of[u];
-    const double factor = k >= 0 ? factors[k] : -coefficient;
+    const double factor = k >= 0 ? system.walls[k].scale : -coefficient;
     const SparseMatrix& source = k >= 0 ? wall_matrix : psi;
     for (SparseMatrix::InnerIterator a(source, k >= 0 ? k : system.unknowns[u]); a; ++a)
       f(static_cast<int>(a.col()), factor * a.value());
   };
-  system.steady = columns(unknowns, unknowns, unknown_place, for_each_entry);
+  system.matrix = columns(unknowns, unknowns, unknown_place, for_each_entry);
   system.coupling = columns(unknowns, static_cast<int>(fixed.size()), fixed_place, for_each_entry);
   system.coupling *= -1;
+  const double rate = rate_of(options.time_step);
+  system.diagonal.resize(unknowns);
+  for (int u = 0; u < unknowns; ++u) {
+    double* diagonal = nullptr;
+    for (SparseMatrix::InnerIterator a(system.matrix, u); a; ++a)
+      if (a.col() == u) diagonal = &a.valueRef();
+    if (system.evolves[u] == 0) continue;
+    if (!diagonal)
+      throw InvalidInput("the Laplacian stores no diagonal" + at_point(system.unknowns[u]));
+    system.diagonal[u] = *diagonal;
+    *diagonal += rate;
+  }
 
   const Eigen::VectorXd& volumes =
       laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
@@ -213,17 +240,8 @@ DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
   if (volumes.size() > 0) kept.volumes = volumes(system.unknowns);
   system.system_points = {
       Cloud(cloud.positions()(system.unknowns, Eigen::all), kept), system.unknowns, {}};
-  for (int u = 0; u < unknowns; ++u)
-    if (system.evolves[u] == 0) system.system_points.walls.push_back(u);
+  for (const WallRow& wall : system.walls) system.system_points.walls.push_back(wall.unknown);
   return system;
-}
-
-/// steady + diag(evolves) / dt
-SparseMatrix with_mass(SparseMatrix steady, const Eigen::VectorXd& evolves, double time_step) {
-  if (std::isinf(time_step)) return steady;
-  for (int u = 0; u < steady.rows(); ++u)
-    if (evolves[u] > 0) steady.coeffRef(u, u) += 1 / time_step;
-  return steady;
 }
 
 }  // namespace
@@ -267,31 +285,39 @@ ImplicitDiffusion::ImplicitDiffusion(DiffusionSystem&& system, const DiffusionOp
     : points_(system.points),
       unknowns_(std::move(system.unknowns)),
       fixed_(std::move(system.fixed)),
+      walls_(std::move(system.walls)),
       evolves_(std::move(system.evolves)),
-      diagonal_(system.steady.diagonal()),
+      diagonal_(std::move(system.diagonal)),
       coupling_(std::move(system.coupling)),
       constant_(std::move(system.constant)),
       time_step_(options.time_step),
       theta_(options.theta),
       threads_(options.solver.threads),
-      solver_(with_mass(std::move(system.steady), evolves_, options.time_step), options.solver,
-              std::move(system.system_points)),
+      solver_(std::move(system.matrix), options.solver, std::move(system.system_points)),
       known_(static_cast<Eigen::Index>(fixed_.points.size())) {}
 
 void ImplicitDiffusion::set_time_step(double time_step) {
   check_time_step(time_step, theta_);
   SparseMatrix matrix = solver_.matrix();
+  const double rate = rate_of(time_step);
   for (int u = 0; u < matrix.rows(); ++u)
-    matrix.coeffRef(u, u) = diagonal_[u] + (std::isinf(time_step) ? 0 : evolves_[u] / time_step);
-  solver_.refactor(std::move(matrix));
+    if (evolves_[u] > 0) matrix.coeffRef(u, u) = diagonal_[u] + rate;
+  for (WallRow& wall : walls_) {
+    const double scale = row_scale(wall, rate), change = scale / wall.scale;
+    for (SparseMatrix::InnerIterator a(matrix, wall.unknown); a; ++a) a.valueRef() *= change;
+    for (SparseMatrix::InnerIterator a(coupling_, wall.unknown); a; ++a) a.valueRef() *= change;
+    constant_[wall.unknown] *= change;
+    wall.scale = scale;
+  }
   time_step_ = time_step;
+  solver_.refactor(std::move(matrix));
 }
 
 SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
   if (u.rows() != points_)
     throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
                        std::to_string(points_) + " points");
-  const double rate = std::isinf(time_step_) ? 0 : 1 / time_step_;
+  const double rate = rate_of(time_step_);
   rhs_.resize(static_cast<Eigen::Index>(unknowns_.size()), u.cols());
   solution_.resize(rhs_.rows(), rhs_.cols());
   for (Eigen::Index c = 0; c < u.cols(); ++c) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 namespace gradpsi {
 namespace {
@@ -21,21 +22,20 @@ class Dissection {
     if (points.empty()) return;
     const int a = longest_side(points);
     const auto before_along_a = [&](int i, int j) { return x_(i, a) < x_(j, a); };
-    constexpr std::size_t leaf = 32;
+    constexpr std::size_t leaf = 64;
     if (points.size() <= leaf) return std::sort(points.begin(), points.end(), before_along_a);
+    // The separator is taken from before the cut: a cut that much later leaves equal halves.
     const std::size_t half = points.size() / 2;
-    std::nth_element(points.begin(), points.begin() + half, points.end(), before_along_a);
-    const double cut = x_(points[half], a);
-
-    ++cuts_;
-    for (const int j : points.subspan(half)) behind_[j] = cuts_;
-    const auto separator = std::partition(points.begin(), points.begin() + half, [&](int i) {
-      return x_(i, a) < cut - reach_[a] || !has_neighbour_behind(i);
-    });
-    const std::size_t before = separator - points.begin();
-    std::rotate(separator, points.begin() + half, points.end());
+    std::size_t cut = half;
+    std::size_t before = separate(points, cut, a);
+    if (const std::size_t later = half + (half - before) / 2;
+        later < points.size() && later > cut) {
+      cut = later;
+      before = separate(points, cut, a);
+    }
+    std::rotate(points.begin() + before, points.begin() + cut, points.end());
     order(points.first(before));
-    order(points.subspan(before, points.size() - half));
+    order(points.subspan(before, points.size() - cut));
   }
 
  private:
@@ -48,6 +48,20 @@ class Dissection {
     int longest;
     (upper - lower).maxCoeff(&longest);
     return longest;
+  }
+
+  /// Cuts the points after the first `cut` along axis a, and of those brings the ones that separate
+  /// to the end; how many do not.
+  std::size_t separate(std::span<int> points, std::size_t cut, int a) {
+    std::nth_element(points.begin(), points.begin() + cut, points.end(),
+                     [&](int i, int j) { return x_(i, a) < x_(j, a); });
+    const double at = x_(points[cut], a);
+    ++cuts_;
+    for (const int j : points.subspan(cut)) behind_[j] = cuts_;
+    const auto separator = std::partition(points.begin(), points.begin() + cut, [&](int i) {
+      return x_(i, a) < at - reach_[a] || !has_neighbour_behind(i);
+    });
+    return separator - points.begin();
   }
 
   bool has_neighbour_behind(int i) const {

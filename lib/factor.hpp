@@ -14,17 +14,9 @@ struct Elimination {
   Eigen::VectorXi permutation = {};   // the k-th unknown to go is permutation[k]
 };
 
-/// What a factorisation took.
-struct FactorStatistics {
-  std::string description;
-  double entries = 0, flops = 0, bytes = 0;
-  double analyse_seconds = 0, factor_seconds = 0;
-};
-
 /// A factor would take more than the memory given.
 struct FactorTooLarge : std::runtime_error {
-  FactorTooLarge(double needed, double given);
-  double needed;  // bytes
+  FactorTooLarge(double needed, double given);  // bytes
 };
 
 }  // namespace gradpsi

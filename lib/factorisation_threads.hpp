@@ -16,7 +16,7 @@ class FactorisationThreads {
   FactorisationThreads& operator=(const FactorisationThreads&) = delete;
 
  private:
-  int active_levels_;
+  int active_levels_, threads_;
   unsigned control_;  // of floating point
 };
 

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "csr.hpp"
 
@@ -47,12 +46,6 @@ void Krylov::multiply(const SparseMatrix& A, const double* x, double* y) {
   for_each_product(A, x, threads_, [y](int i, double product) { y[i] = product; });
 }
 
-double Krylov::residual(const SparseMatrix& A, const double* b, const double* x, double* r) {
-  for_each_product(A, x, threads_, [b, r](int i, double product) { r[i] = b[i] - product; });
-  const auto [squared] = sum<1>([r](int i) { return std::array{r[i] * r[i]}; });
-  return std::sqrt(squared);
-}
-
 int Krylov::conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
                                 const Precondition& precondition, const double* b, double* x,
                                 double target, int max_iterations) {
@@ -61,7 +54,7 @@ int Krylov::conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& sc
   double* const v = v_.data();
   double* const z = z_.data();
   const double* const d = scale.data();
-  if (residual(A, b, x, r) <= target) return 0;
+  if (residual(A, b, x, r, threads_) <= target) return 0;
   double before = 0;
   for (int iteration = 1; iteration <= max_iterations; ++iteration) {
     precondition(r, z);
@@ -93,7 +86,7 @@ int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, co
   double* const t = t_.data();
   double* const y = y_.data();
   double* const z = z_.data();
-  double norm = residual(A, b, x, r);
+  double norm = residual(A, b, x, r, threads_);
   if (norm <= target) return 0;
   double rho = 0, alpha = 0, omega = 0, start_norm = 0;
   for (int iteration = 1; iteration <= max_iterations; ++iteration) {

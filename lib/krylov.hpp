@@ -20,16 +20,13 @@ class Krylov {
 
   /// Conjugate gradients for S = diag(scale) A symmetric positive definite, M similar to A and
   /// diag(scale) M symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput. 13,
-  /// 1992), restarted where it breaks down. Both start from x and end when |b - A x| <= target by
+  /// 1992), restarted where the residual has become orthogonal to its start. Both start from x and end when |b - A x| <= target by
   /// their recursion, or after that many iterations. Returns the iterations done.
   int conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
                           const Precondition& precondition, const double* b, double* x,
                           double target, int max_iterations);
   int bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b, double* x,
                double target, int max_iterations);
-
-  /// r = b - A x and its 2-norm.
-  double residual(const SparseMatrix& A, const double* b, const double* x, double* r);
 
  private:
   template <int Sums, class F>

@@ -11,7 +11,8 @@ namespace gradpsi {
 /// LU factorisation of a compressed A; analysed once, factorised for any values in the same pattern.
 class Lu {
  public:
-  Lu(const SparseMatrix& A, const Elimination& elimination, int threads);
+  /// @throws FactorTooLarge  if it is expected to take more than `memory` bytes
+  Lu(const SparseMatrix& A, const Elimination& elimination, double memory, int threads);
   Lu(Lu&&) noexcept;
   Lu& operator=(Lu&&) noexcept;
   ~Lu();
@@ -22,7 +23,7 @@ class Lu {
   /// x = A^-1 b for each of the columns, n x k; allocates nothing.
   void solve(const double* b, double* x, int columns);
 
-  const FactorStatistics& statistics() const;
+  const FactorReport& report() const;
 
  private:
   struct State;

@@ -2,7 +2,6 @@
 // beforehand what memory it will take, and allocates in every solve.
 
 #include <Eigen/SparseLU>
-#include <limits>
 
 #include "gradpsi/error.hpp"
 #include "lu.hpp"
@@ -12,13 +11,13 @@ namespace gradpsi {
 
 struct Lu::State {
   Eigen::SparseLU<Eigen::SparseMatrix<double>, Eigen::COLAMDOrdering<int>> lu;
-  FactorStatistics statistics;
+  FactorReport report;
 };
 
-Lu::Lu(const SparseMatrix& A, const Elimination&, int) : state_(std::make_unique<State>()) {
+Lu::Lu(const SparseMatrix& A, const Elimination&, double, int) : state_(std::make_unique<State>()) {
   Stopwatch watch;
   state_->lu.analyzePattern(A);
-  state_->statistics = {.description = "Eigen, ordered by COLAMD", .analyse_seconds = watch.lap()};
+  state_->report = {.description = "Eigen, ordered by COLAMD", .analyse_seconds = watch.lap()};
 }
 
 Lu::Lu(Lu&&) noexcept = default;
@@ -31,9 +30,9 @@ void Lu::factorise(const SparseMatrix& A) {
   s.lu.factorize(A);
   if (s.lu.info() != Eigen::Success)
     throw SolverError("the matrix is singular: " + s.lu.lastErrorMessage());
-  s.statistics.entries = static_cast<double>(s.lu.nnzL() + s.lu.nnzU());
-  s.statistics.bytes = 12 * s.statistics.entries;
-  s.statistics.factor_seconds = watch.lap();
+  s.report.entries = static_cast<double>(s.lu.nnzL() + s.lu.nnzU());
+  s.report.bytes = 12 * s.report.entries;
+  s.report.factor_seconds = watch.lap();
 }
 
 void Lu::solve(const double* b, double* x, int columns) {
@@ -42,6 +41,6 @@ void Lu::solve(const double* b, double* x, int columns) {
   Eigen::Map<Eigen::MatrixXd>(x, n, columns) = state_->lu.solve(right);
 }
 
-const FactorStatistics& Lu::statistics() const { return state_->statistics; }
+const FactorReport& Lu::report() const { return state_->report; }
 
 }  // namespace gradpsi

@@ -6,6 +6,11 @@
 #include <vector>
 
 namespace gradpsi {
+
+bool vanishes(double sum, double size) {
+  return std::abs(sum) <= 100 * std::numeric_limits<double>::epsilon() * size;
+}
+
 namespace {
 
 /// Sets of numbers 0 to n - 1 that merge, each known by its lowest member.
@@ -37,7 +42,7 @@ bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale) {
   Eigen::VectorXd size(n);
   for (int i = 0; i < n; ++i) size[i] = std::abs(scale[i] * A.coeff(i, i));
   const auto differ = [&](int i, int j, double ij, double ji) {
-    return !(std::abs(scale[i] * ij - scale[j] * ji) <= 1e-12 * std::max(size[i], size[j]));
+    return !(std::abs(scale[i] * ij - scale[j] * ji) <= 1e-12 * std::sqrt(size[i] * size[j]));
   };
   // With i ascending, row j is asked for its entries left of the diagonal in their order: next[j].
   std::vector<int> next(outer, outer + n);
@@ -75,7 +80,6 @@ bool is_dominant(const SparseMatrix& A) {
 
 FloatingRows floating_rows(const SparseMatrix& A) {
   const int n = static_cast<int>(A.rows());
-  constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();
   std::vector<char> floats(n);
   for (int i = 0; i < n; ++i) {
     double sum = 0, size = 0;
@@ -83,7 +87,7 @@ FloatingRows floating_rows(const SparseMatrix& A) {
       sum += a.value();
       size += std::abs(a.value());
     }
-    floats[i] = std::abs(sum) <= rounding * size;
+    floats[i] = vanishes(sum, size);
   }
   if (std::ranges::count(floats, 1) == 0) return {};
   Sets connected(n);

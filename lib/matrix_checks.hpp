@@ -6,7 +6,11 @@
 
 namespace gradpsi {
 
-/// Whether diag(scale) A is symmetric, up to 1e-12 of its diagonal.
+/// Whether a sum is zero up to the rounding of terms whose magnitudes add up to `size`.
+bool vanishes(double sum, double size);
+
+/// Whether diag(scale) A is symmetric: entries (i, j) and (j, i) differ by at most 1e-12 of the
+/// geometric mean of the diagonal's i and j.
 bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale);
 
 /// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row, up to

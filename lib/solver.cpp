@@ -26,11 +26,11 @@ namespace gradpsi {
 namespace {
 
 // Where methods cross over, measured in benchmarks/README.md.
-constexpr double mild = 3;           // dt nu / dx^2 up to which the diagonal preconditions well
+constexpr double mild = 3;        // dt nu / dx^2 up to which the diagonal preconditions well
 constexpr double stiff = 100;     // and above which a factor of a twin does better
 constexpr int always_lu = 2'000;  // unknowns
 constexpr int most_lu = 300'000;  // in one and two dimensions
-constexpr int most_lu_3d = 30'000;
+constexpr int most_lu_3d = 20'000;
 
 constexpr std::array<std::pair<Method, std::string_view>, 4> method_names = {
     {{Method::Auto, "auto"},
@@ -93,8 +93,8 @@ struct LinearSolver::State {
   void factorise_walls();
   double stiffness() const;
   Elimination elimination(const SparseMatrix& matrix) const;
-  void set_report(Method method, const std::string& description, const std::string& reason,
-                  const FactorStatistics& statistics = {});
+  void choose(Method method, const std::string& description, const std::string& reason,
+              const FactorReport& factor = {});
   bool has_points() const { return points.cloud.size() > 0; }
   std::string row(int i) const;
 
@@ -111,9 +111,10 @@ struct LinearSolver::State {
   int n;
   Eigen::VectorXd scale;  // the points' volumes, or 1
   bool symmetric = false;
+  double ratio = 0;  // stiffness()
   std::optional<Cholesky> cholesky, twin;
   std::optional<Lu> lu, walls;
-  Krylov krylov;
+  std::optional<Krylov> krylov;
   bool conjugate = false;  // gradients
   Krylov::Precondition preconditioner;
   Eigen::VectorXd inverse_diagonal, wall_residuals, wall_corrections;
@@ -122,11 +123,8 @@ struct LinearSolver::State {
 };
 
 LinearSolver::State::State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system)
-    : A(std::move(matrix)),
-      points(std::move(system)),
-      options(options),
-      n(static_cast<int>(A.rows())),
-      krylov(n, options.threads) {
+    : points(std::move(system)), options(options), n(static_cast<int>(matrix.rows())) {
+  A.swap(matrix);  // Eigen 3.4 would copy
   check();
   if (!(this->options.memory > 0)) this->options.memory = 0.75 * machine_memory();
   scale = points.cloud.has_volumes() ? points.cloud.volumes() : Eigen::VectorXd::Ones(n);
@@ -148,6 +146,11 @@ void LinearSolver::State::check() const {
   if (!points.numbers.empty() && static_cast<int>(points.numbers.size()) != n)
     throw InvalidInput("there are " + std::to_string(points.numbers.size()) + " numbers for " +
                        std::to_string(n) + " rows");
+  std::vector<char> is_wall(n, false);
+  for (const int i : points.walls)
+    if (i < 0 || i >= n || std::exchange(is_wall[i], true))
+      throw InvalidInput("wall row " + std::to_string(i) + " is not one of " + std::to_string(n) +
+                         " rows, or there twice");
   if (!(options.tolerance > 0 && options.tolerance < 1))
     throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
   if (options.max_iterations < 1)
@@ -183,42 +186,37 @@ Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {
   return {Ordering::Coordinates, dissection(points.cloud.positions(), matrix)};
 }
 
-void LinearSolver::State::set_report(Method method, const std::string& description,
-                                     const std::string& reason,
-                                     const FactorStatistics& statistics) {
-  report = {.method = method,
-            .description = description,
-            .reason = reason,
-            .unknowns = n,
-            .factor_entries = statistics.entries,
-            .factor_flops = statistics.flops,
-            .factor_bytes = statistics.bytes,
-            .analyse_seconds = statistics.analyse_seconds,
-            .factor_seconds = statistics.factor_seconds};
+/// Says what was chosen, and lets go of what was not.
+void LinearSolver::State::choose(Method method, const std::string& description,
+                                 const std::string& reason, const FactorReport& factor) {
+  if (method != Method::Cholesky) cholesky.reset();
+  if (method != Method::Lu) lu.reset();
+  if (method != Method::Krylov) krylov.reset(), twin.reset(), walls.reset();
+  report = {method, description, reason, n, factor};
 }
 
 void LinearSolver::State::set_up() {
-  if (n == 0) return set_report(Method::Lu, "nothing", "there are no unknowns");
+  report = {};  // nothing to solve with, should any of this throw
+  if (n == 0) return choose(Method::Krylov, "nothing", "there are no unknowns");
   check_matrix();
   symmetric = is_symmetric(A, scale);
-  switch (options.method) {
-    case Method::Auto: return set_up_auto();
-    case Method::Krylov: return set_up_krylov("as asked");
-    case Method::Lu: try { return set_up_lu("as asked");
-      } catch (const FactorTooLarge& error) {
-        throw SolverError(std::string("lu: ") + error.what() + "; krylov takes little");
-      }
-    case Method::Cholesky: break;
-  }
-  if (!symmetric)
-    throw InvalidInput(
-        "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one is "
-        "not: use lu or krylov");
+  ratio = stiffness();
   try {
+    switch (options.method) {
+      case Method::Auto: return set_up_auto();
+      case Method::Krylov: return set_up_krylov("as asked");
+      case Method::Lu: return set_up_lu("as asked");
+      case Method::Cholesky: break;
+    }
+    if (!symmetric)
+      throw InvalidInput(
+          "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one is "
+          "not: use lu or krylov");
     if (!set_up_cholesky("as asked"))
       throw SolverError("the matrix is symmetric but not positive definite: use lu");
   } catch (const FactorTooLarge& error) {
-    throw SolverError(std::string("cholesky: ") + error.what() + "; krylov takes little");
+    throw SolverError(std::string(name(options.method)) + ": " + error.what() +
+                      "; krylov takes little");
   }
 }
 
@@ -232,14 +230,17 @@ void LinearSolver::State::set_up_auto() {
       return set_up_krylov(std::string("the matrix is symmetric, but ") + error.what());
     }
   }
-  const double ratio = stiffness();
-  reason += ", of " + std::to_string(n) + " unknowns, with dt nu / dx^2 = " + rounded(ratio);
+  reason += ", of " + std::to_string(n) + " unknowns";
+  if (!std::isnan(ratio)) reason += ", with dt nu / dx^2 = " + rounded(ratio);
   const bool easy = n > always_lu && ratio <= mild;
   if (!easy && n <= (points.cloud.dimension() == 3 ? most_lu_3d : most_lu)) {
     try {
       return set_up_lu(reason);
     } catch (const FactorTooLarge& error) {
       reason += std::string(", and ") + error.what();
+    } catch (const std::bad_alloc&) {
+      reason += ", and memory ran out for LU";
+      lu.reset();
     }
   }
   set_up_krylov(reason);
@@ -248,51 +249,42 @@ void LinearSolver::State::set_up_auto() {
 /// Whether the matrix is positive definite.
 bool LinearSolver::State::set_up_cholesky(const std::string& reason) {
   if (!cholesky) cholesky.emplace(A, scale, elimination(A), options.memory, options.threads);
-  const bool definite = cholesky->factorise(A);
-  set_report(Method::Cholesky, "Cholesky (" + cholesky->statistics().description + ")", reason,
-             cholesky->statistics());
-  if (!definite) cholesky.reset();
-  return definite;
+  if (!cholesky->factorise(A)) {
+    cholesky.reset();
+    return false;
+  }
+  const FactorReport& factor = cholesky->report();
+  choose(Method::Cholesky, "Cholesky (" + factor.description + ")", reason, factor);
+  return true;
 }
 
 void LinearSolver::State::set_up_lu(const std::string& reason) {
-  if (!lu) {
-    // UMFPACK's own estimates are bounds twenty times too high. With pivots on the diagonal L and U are
-    // about as full as the Cholesky factor of the same pattern; UMFPACK works in half as much again.
-    const Elimination order = elimination(A);
-    constexpr double unlimited = std::numeric_limits<double>::infinity();
-    const FactorStatistics expected =
-        Cholesky(A, scale, order, unlimited, options.threads).statistics();
-    const double bytes = 1.5 * 2 * 8 * expected.entries;
-    if (bytes > options.memory) throw FactorTooLarge(bytes, options.memory);
-    // Small blocks, as in two dimensions, are multiplied faster by one thread than by two (1.6x).
-    const bool small_blocks = expected.flops < 1000 * expected.entries;
-    lu.emplace(A, order, small_blocks ? 1 : options.threads);
-  }
+  if (!lu) lu.emplace(A, elimination(A), options.memory, options.threads);
   lu->factorise(A);
-  set_report(Method::Lu, "LU (" + lu->statistics().description + ")", reason, lu->statistics());
+  choose(Method::Lu, "LU (" + lu->report().description + ")", reason, lu->report());
 }
 
 void LinearSolver::State::set_up_krylov(const std::string& reason) {
+  if (!krylov) krylov.emplace(n, options.threads);
   conjugate = symmetric && is_dominant(A);
   factorise_walls();
   const std::string name = conjugate ? "conjugate gradients" : "BiCGSTAB";
-  if (stiffness() > stiff && factorise_twin()) {
+  if (ratio > stiff && points.cloud.dimension() < 3 && factorise_twin()) {
     preconditioner = [this](const double* r, double* z) {
       twin->solve(r, z, 1);
       correct_walls(r, z);
     };
-    return set_report(Method::Krylov,
-                      name + " preconditioned by the factor (" + twin->statistics().description +
-                          ") of a compact symmetric twin",
-                      reason, twin->statistics());
+    return choose(Method::Krylov,
+                  name + " preconditioned by the factor (" + twin->report().description +
+                      ") of a compact symmetric twin",
+                  reason, twin->report());
   }
   inverse_diagonal = A.diagonal().unaryExpr([](double a) { return a != 0 ? 1 / a : 1; });
   preconditioner = [this](const double* r, double* z) {
     for (int i = 0; i < n; ++i) z[i] = inverse_diagonal[i] * r[i];
     correct_walls(r, z);
   };
-  set_report(Method::Krylov, name + " preconditioned by the diagonal", reason);
+  choose(Method::Krylov, name + " preconditioned by the diagonal", reason);
 }
 
 /// Neither the diagonal nor a twin knows anything of boundary conditions, and a preconditioner that
@@ -310,9 +302,9 @@ void LinearSolver::State::factorise_walls() {
   SparseMatrix among(count, count);
   among.setFromTriplets(entries.begin(), entries.end());
   try {
-    if (!walls) walls.emplace(among, Elimination{}, options.threads);
+    if (!walls) walls.emplace(among, Elimination{}, options.memory, options.threads);
     walls->factorise(among);
-  } catch (const std::runtime_error&) {  // singular or too large: without, then
+  } catch (const std::exception&) {  // singular or too large: without, then
     walls.reset();
   }
   wall_residuals.resize(count);
@@ -342,9 +334,9 @@ bool LinearSolver::State::factorise_twin() {
   }
 }
 
-/// dt nu / dx^2 at the median row, infinity in a steady problem; 0 if there are no volumes to tell.
+/// dt nu / dx^2 at the median row, infinity in a steady problem; NaN if there are no volumes to tell.
 double LinearSolver::State::stiffness() const {
-  if (!points.cloud.has_volumes()) return 0;
+  if (!points.cloud.has_volumes()) return std::numeric_limits<double>::quiet_NaN();
   Eigen::VectorXd ratios = row_diffusivities(A, points.cloud, options.threads);
   for (int i = 0; i < n; ++i) {
     double sum = 0, size = 0;
@@ -352,8 +344,7 @@ double LinearSolver::State::stiffness() const {
       sum += a.value();
       size += std::abs(a.value());
     }
-    constexpr double rounding = 100 * std::numeric_limits<double>::epsilon();
-    ratios[i] = sum > rounding * size
+    ratios[i] = sum > 0 && !vanishes(sum, size)
                     ? ratios[i] / (sum * std::pow(scale[i], 2.0 / points.cloud.dimension()))
                     : std::numeric_limits<double>::infinity();
   }
@@ -368,7 +359,7 @@ bool LinearSolver::State::is_solution(int column, double& residual) {
   const double* const b = rhs.col(column).data();
   const double* const x = solution.col(column).data();
   const double size = rhs.col(column).norm();
-  const double norm = krylov.residual(A, b, x, residuals.col(column).data());
+  const double norm = gradpsi::residual(A, b, x, residuals.col(column).data(), options.threads);
   residual = size > 0 ? norm / size : norm;
   if (!std::isfinite(norm)) return false;
   if (norm <= options.tolerance * size) return true;
@@ -386,8 +377,8 @@ bool LinearSolver::State::is_solution(int column, double& residual) {
 void LinearSolver::State::solve_directly(SolveReport& result) {
   const int columns = static_cast<int>(rhs.cols());
   const auto solve = [&](const Eigen::MatrixXd& from, Eigen::MatrixXd& to) {
-    cholesky ? cholesky->solve(from.data(), to.data(), columns)
-             : lu->solve(from.data(), to.data(), columns);
+    report.method == Method::Cholesky ? cholesky->solve(from.data(), to.data(), columns)
+                                      : lu->solve(from.data(), to.data(), columns);
   };
   solve(rhs, solution);
   for (;; ++result.iterations) {
@@ -412,6 +403,7 @@ void LinearSolver::State::iterate(SolveReport& result) {
     const double* const b = rhs.col(c).data();
     double* const x = solution.col(c).data();
     const double target = options.tolerance * rhs.col(c).norm();
+    if (target == 0) solution.col(c).setZero();
     int left = options.max_iterations;
     double residual, before = std::numeric_limits<double>::infinity();
     while (!is_solution(c, residual)) {
@@ -419,8 +411,8 @@ void LinearSolver::State::iterate(SolveReport& result) {
       if (left == 0 || !(residual < before / 2)) throw_unsolved(result);
       before = residual;
       const int done =
-          conjugate ? krylov.conjugate_gradients(A, scale, preconditioner, b, x, target, left)
-                    : krylov.bicgstab(A, preconditioner, b, x, target, left);
+          conjugate ? krylov->conjugate_gradients(A, scale, preconditioner, b, x, target, left)
+                    : krylov->bicgstab(A, preconditioner, b, x, target, left);
       result.iterations += done;
       left -= done;
     }
@@ -432,11 +424,11 @@ void LinearSolver::State::iterate(SolveReport& result) {
 void LinearSolver::State::throw_unsolved(const SolveReport& result) const {
   if (!std::isfinite(result.residual))
     throw SolverError("the solution by " + report.description + " is not finite");
-  const bool krylov = report.method == Method::Krylov;
+  const bool iterative = report.method == Method::Krylov;
   throw SolverError(
       report.description + " did not converge: relative residual " + rounded(result.residual) +
           " after " + std::to_string(result.iterations) +
-          (krylov ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
+          (iterative ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
       result.residual);
 }
 
@@ -474,6 +466,8 @@ SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
       if (!std::isfinite(b(i, c)) || !std::isfinite(x(i, c)))
         throw InvalidInput("the right-hand side or the start is not finite at " + s.row(i));
   SolveReport result;
+  if (s.report.method == Method::Auto)
+    throw SolverError("there is no factor: the latest refactor() failed");
   if (s.n == 0 || b.cols() == 0) return result;
   s.rhs = b;
   s.solution = x;

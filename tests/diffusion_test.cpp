@@ -208,6 +208,36 @@ TEST(Diffusion, AnotherTimeStepEqualsAFreshStart) {
   }
 }
 
+TEST(Diffusion, AFailedTimeStepDoesNotSolve) {
+  const Scene scene("laplacian-mixed-soc");
+  ImplicitDiffusion heat(scene.cloud, scene.laplacian, {.walls = scene.wall()},
+                         {.time_step = 1e-3});
+  Eigen::VectorXd u = scene.field(), v = u;
+  EXPECT_THROW(heat.set_time_step(infinity), SolverError);
+  EXPECT_THROW(heat.step(u), SolverError);
+  heat.set_time_step(1e-3);
+  heat.step(u);
+  ImplicitDiffusion(scene.cloud, scene.laplacian, {.walls = scene.wall()}, {.time_step = 1e-3})
+      .step(v);
+  EXPECT_EQ(u, v);
+}
+
+TEST(Diffusion, WallsHoldAfterAStepOfHardlyAnyLength) {
+  for (const int dimension : {1, 2}) {
+    const Scene scene("laplacian-mixed-soc", dimension, dimension == 1 ? 60 : 12);
+    for (const Method method : {Method::Auto, Method::Krylov})
+      for (const double time_step : {1e-9, 1e-15, 1e-20}) {
+        const WallConditions walls = scene.wall(2);
+        Eigen::VectorXd u = scene.field();
+        ImplicitDiffusion(scene.cloud, scene.laplacian, {.walls = walls},
+                          {.time_step = time_step, .solver = {.method = method}})
+            .step(u);
+        const Eigen::VectorXd slope = walls.gradient[0] * u;
+        EXPECT_LT((slope.array() - 2).abs().maxCoeff(), 1e-8) << time_step << name(method);
+      }
+  }
+}
+
 TEST(Diffusion, CrankNicolsonIsOfSecondOrderInTimeBackwardEulerOfFirst) {
   const Scene scene("laplacian-mixed-zoc", 1, 40);
   Eigen::VectorXd smooth = (scene.x().array() * 3).sin();
@@ -227,42 +257,6 @@ TEST(Diffusion, CrankNicolsonIsOfSecondOrderInTimeBackwardEulerOfFirst) {
   };
   EXPECT_NEAR(order(1), 1, 0.1);
   EXPECT_NEAR(order(0.5), 2, 0.1);
-}
-
-/// theory.md's table of minimal positive stencils has these errors, of 1.2e-4, 2.3e-4, 9.5e-3 and
-/// 8.6e-3, for a field that it does not name; this one, lap u = f with the outermost points fixed,
-/// has them too.
-TEST(Diffusion, PoissonProblemHasTheKnownErrors) {
-  const auto error = [](const std::string& scheme, double support_ratio) {
-    double squared = 0;
-    int seeds = 3;
-    for (int seed = 1; seed <= seeds; ++seed) {
-      const Cloud cloud = make_cloud(
-          Lattice{.points_per_side = 40, .jitter = 0.2, .seed = static_cast<std::uint64_t>(seed)});
-      const double dx = cloud.spacing();
-      const Operator laplacian =
-          assemble(scheme, cloud, find_neighbours(cloud, support_ratio * dx));
-      const auto x = cloud.positions().array();
-      const Eigen::VectorXd exact = (2.5 * x.col(0)).sin() * (2.5 * x.col(1)).cos();
-      BoundaryConditions conditions;
-      Eigen::VectorXd inside = Eigen::VectorXd::Ones(cloud.size());
-      for (int i = 0; i < cloud.size(); ++i)
-        if (x.row(i).minCoeff() < dx || x.row(i).maxCoeff() > 1 - dx) {
-          conditions.fixed.points.push_back(i);
-          inside[i] = 0;
-        }
-      Eigen::VectorXd u = exact;
-      ImplicitDiffusion(cloud, laplacian, conditions,
-                        {.time_step = infinity, .source = 2 * 2.5 * 2.5 * exact})
-          .step(u);
-      squared += (u - exact).squaredNorm() / inside.sum() / seeds;
-    }
-    return std::sqrt(squared);
-  };
-  EXPECT_NEAR(error("laplacian-mixed-soc", 2.5), 1.2e-4, 0.2 * 1.2e-4);
-  EXPECT_NEAR(error("laplacian-mixed-soc", 3.5), 2.3e-4, 0.2 * 2.3e-4);
-  EXPECT_NEAR(error("laplacian-mixed-zoc", 2.5), 9.5e-3, 0.2 * 9.5e-3);
-  EXPECT_NEAR(error("laplacian-mixed-zoc", 3.5), 8.6e-3, 0.2 * 8.6e-3);
 }
 
 TEST(Conductivity, ArithmeticMeanIsTheProductRule) {
@@ -293,39 +287,12 @@ TEST(Conductivity, KeepsSymmetryAndRowSums) {
   }
 }
 
-TEST(Conductivity, HarmonicMeanGetsTheInterfaceOfASlabRight) {
-  // kappa = 1 for x < 1/2 and 10 beyond, u(0) = 0, u(1) = 1: u = 10/11 at the interface.
-  for (const std::string scheme : {"laplacian-mixed-zoc", "laplacian-mixed-soc"})
-    for (const double jitter : {0.0, 0.2}) {
-      const Cloud cloud = make_cloud(Lattice{.points_per_side = 60, .jitter = jitter});
-      const double dx = cloud.spacing();
-      const auto x = cloud.positions().col(0).array();
-      const Eigen::VectorXd kappa = (x < 0.5).select(Eigen::ArrayXd::Ones(x.size()), 10.0);
-      const Operator laplacian = with_conductivity(
-          assemble(scheme, cloud, find_neighbours(cloud, 2.5 * dx)), kappa, Mean::Harmonic);
-      const Eigen::VectorXd exact = (x < 0.5).select(x * 20 / 11, 1 - (1 - x) * 2 / 11);
-      BoundaryConditions conditions;
-      for (int i = 0; i < cloud.size(); ++i)
-        if (cloud.positions().row(i).minCoeff() < dx ||
-            cloud.positions().row(i).maxCoeff() > 1 - dx)
-          conditions.fixed.points.push_back(i);
-      Eigen::VectorXd u = exact;
-      ImplicitDiffusion(cloud, laplacian, conditions, {.time_step = infinity}).step(u);
-      // The interface lies midway between two columns of points.
-      double sum = 0, count = 0;
-      for (int i = 0; i < cloud.size(); ++i)
-        if (std::abs(x[i] - 0.5) < dx) sum += u[i] - exact[i], count += 1;
-      EXPECT_NEAR(10.0 / 11 + sum / count, 10.0 / 11, 0.01 * 10 / 11) << scheme << jitter;
-    }
-}
-
 TEST(Diffusion, NamesWhatIsWrong) {
   const Scene scene("laplacian-mixed-zoc");
   const auto refused = [&](const BoundaryConditions& conditions, const DiffusionOptions& options) {
     return message_of<InvalidInput>(
         [&] { ImplicitDiffusion(scene.cloud, scene.laplacian, conditions, options); });
   };
-  // Fault 16
   EXPECT_THAT(refused({}, {.time_step = 0}), HasSubstr("time_step must be > 0"));
   EXPECT_THAT(refused({}, {.time_step = nan}), HasSubstr("time_step must be > 0"));
   EXPECT_THAT(refused({}, {.diffusivity = -1, .time_step = 1}), HasSubstr("diffusivity"));
@@ -352,7 +319,6 @@ TEST(Diffusion, NamesWhatIsWrong) {
   walls = scene.wall(0, -1);
   EXPECT_THAT(refused({.walls = walls}, {.time_step = 1}), HasSubstr("transfer coefficient"));
 
-  // Fault 25
   const auto unsolvable = [&](const BoundaryConditions& conditions, double time_step) {
     return message_of<SolverError>([&] {
       ImplicitDiffusion(scene.cloud, scene.laplacian, conditions, {.time_step = time_step});
@@ -362,7 +328,7 @@ TEST(Diffusion, NamesWhatIsWrong) {
   EXPECT_THAT(unsolvable({}, 1e20), HasSubstr("any constant"));
   EXPECT_THAT(unsolvable({.walls = scene.wall()}, infinity), HasSubstr("any constant"));
 
-  // Fault 24, and u is as it was.
+  // u is as it was.
   ImplicitDiffusion heat(scene.cloud, scene.laplacian, {}, {.time_step = 1});
   Eigen::VectorXd u = scene.field();
   u[42] = nan;

@@ -13,8 +13,8 @@ enum class Mean { Arithmetic, Harmonic };
 
 /// The Laplacian's rows made those of div(kappa grad u): psi_ij times the mean of kappa_i and kappa_j.
 ///
-/// Arithmetic: half of lap(kappa u) + kappa lap u - u lap kappa to the last bit, so as consistent as
-/// the Laplacian where kappa is smooth. Harmonic, 2 kappa_i kappa_j / (kappa_i + kappa_j): for jumps,
+/// Arithmetic: exactly half of lap(kappa u) + kappa lap u - u lap kappa, so as consistent as the
+/// Laplacian where kappa is smooth. Harmonic, 2 kappa_i kappa_j / (kappa_i + kappa_j): for jumps,
 /// across which the flux is then continuous (P. W. Cleary and J. J. Monaghan, J. Comput. Phys. 148,
 /// 1999). Both keep row sums zero and symmetry after scaling by volume.
 ///
@@ -57,7 +57,14 @@ struct DiffusionOptions {
   SolverOptions solver = {};
 };
 
+/// For internal use.
 struct DiffusionSystem;
+struct WallRow {
+  int unknown;
+  double size;       // its largest entry, with the sign of the diagonal
+  double diffusion;  // theta nu |psi_ii|
+  double scale;      // what the row is multiplied by
+};
 
 /// Steps du/dt = nu lap u + f by the theta method with a Laplacian's matrix Psi,
 ///
@@ -76,14 +83,14 @@ class ImplicitDiffusion {
   ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
                     const BoundaryConditions& conditions, const DiffusionOptions& options);
 
-  /// Replaces u (n, or n x k for k fields at once) at one time by u at the next. Allocates nothing if
-  /// the call before had as many columns.
+  /// Replaces u (n, or n x k for k fields at once) at one time by u at the next. Allocates as
+  /// little as LinearSolver::solve().
   /// @throws InvalidInput  if the size is wrong or a value is not finite (names the point)
   /// @throws SolverError  as LinearSolver::solve(); u is then what it was
   SolveReport step(Eigen::Ref<Eigen::MatrixXd> u);
 
-  /// Another time step: the matrix is factorised anew, without a new analysis.
-  /// @throws as the constructor
+  /// Another time step: the matrix is factorised anew, and analysed only if another method is chosen.
+  /// @throws as LinearSolver::refactor()
   void set_time_step(double time_step);
 
   /// What the system is solved with, and why.
@@ -95,8 +102,9 @@ class ImplicitDiffusion {
   int points_;
   std::vector<int> unknowns_;  // their points
   FixedValues fixed_;
+  std::vector<WallRow> walls_;
   Eigen::VectorXd evolves_;   // 1 for unknowns with the equation, 0 for those with a wall condition
-  Eigen::VectorXd diagonal_;  // of the unknowns' matrix without 1/dt
+  Eigen::VectorXd diagonal_;  // of the unknowns' matrix without 1/dt, where they evolve
   SparseMatrix coupling_;     // unknowns x fixed: what known values add to the right-hand side
   Eigen::VectorXd constant_;  // what source and flux add
   double time_step_, theta_;

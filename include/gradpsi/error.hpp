@@ -31,7 +31,7 @@ struct SolverError : std::runtime_error {
                        double residual = std::numeric_limits<double>::quiet_NaN())
       : std::runtime_error(message), residual(residual) {}
 
-  double residual;  ///< relative, the best one reached; NaN if there was no solution
+  double residual;  ///< relative, the last one reached; NaN if there was no solution
 };
 
 }  // namespace gradpsi

@@ -21,7 +21,8 @@ std::string_view name(Method method);  ///< "auto", "cholesky", "lu", "krylov"
 /// @throws InvalidInput  listing the valid names, nearest spelling first
 Method method(std::string_view name);
 
-/// The order in which a factorisation eliminates the unknowns.
+/// The order in which a factorisation eliminates the unknowns. A build without CHOLMOD takes AMD for
+/// METIS, and COLAMD in LU.
 enum class Ordering {
   Coordinates,  ///< nested dissection by the points' coordinates: METIS's fill in a tenth of its time
   Amd,          ///< approximate minimum degree; what is used where there are no coordinates
@@ -31,32 +32,38 @@ std::string_view name(Ordering ordering);
 
 struct SolverOptions {
   Method method = Method::Auto;
-  double tolerance = 1e-12;  ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
-  int max_iterations = 10'000;
+  double tolerance = 1e-12;     ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
+  int max_iterations = 10'000;  ///< for each right-hand side, at least 1
   Ordering ordering = Ordering::Coordinates;
   double memory = 0;  ///< bytes that a factorisation may take; 0: three quarters of the machine's
-  int threads = 0;    ///< 0: as many as OpenMP offers
+  /// 0 to 1024; 0: as many as OpenMP offers. Krylov methods do not depend on it to the last bit.
+  int threads = 0;
 };
 
-/// What a linear system is solved with, and why.
-struct SolverReport {
-  Method method = Method::Auto;  ///< not Auto once there is a solver
-  std::string description;       ///< "BiCGSTAB, preconditioned by ..."
-  std::string reason;            ///< "the matrix is not symmetric, ..."
-  int unknowns = 0;
-
-  // Of the factor, the preconditioner's in a Krylov method; 0 if there is none.
-  double factor_entries = 0;
-  double factor_flops = 0;
-  double factor_bytes = 0;
+/// What a factorisation took.
+struct FactorReport {
+  std::string description;  ///< "CHOLMOD, supernodal, ordered by ..."
+  double entries = 0;       ///< of L, or of L and U
+  double flops = 0;         ///< 0: not known
+  double bytes = 0;
   double analyse_seconds = 0;  ///< ordering and symbolic analysis
   double factor_seconds = 0;   ///< the latest numerical factorisation
 };
 
+/// What a linear system is solved with, and why.
+struct SolverReport {
+  Method method = Method::Auto;  ///< not Auto where there is a solver
+  std::string description;       ///< "BiCGSTAB preconditioned by ..."
+  std::string reason;            ///< "the matrix is not symmetric, ..."
+  int unknowns = 0;
+  FactorReport factor = {};  ///< in a Krylov method the preconditioner's, if that is a factor
+};
+
 /// How a solve went.
 struct SolveReport {
-  double residual = 0;  ///< true relative residual |b - A x| / |b|, the largest of all columns
-  int iterations = 0;   ///< of a Krylov method, all columns together; else steps of refinement
+  double residual =
+      0;  ///< true relative residual |b - A x| / |b|, the largest of all columns; 0 for b = 0
+  int iterations = 0;  ///< of a Krylov method, all columns together; else steps of refinement
   double seconds = 0;
 };
 
@@ -66,7 +73,7 @@ struct SystemPoints {
   Cloud cloud = Cloud(Positions(0, 1));
   /// What row i is called in messages ("point 17"), n numbers; empty: "row i".
   std::vector<int> numbers = {};
-  /// Rows that hold a boundary condition rather than the equation of the others.
+  /// Rows that hold a boundary condition rather than the equation of the others, each once.
   std::vector<int> walls = {};
 };
 
@@ -74,12 +81,14 @@ struct SystemPoints {
 /// called again and again.
 ///
 /// Auto takes Cholesky if diag(volumes) A is symmetric, entry by entry, and its factorisation finds it
-/// positive definite; conjugate gradients if that factor would not fit the memory; for other matrices
-/// LU, or BiCGSTAB where there are too many unknowns for LU or time steps are short. The
-/// Krylov methods are preconditioned by the diagonal, in stiff problems by the factor of a compact
+/// positive definite; for other matrices LU, or BiCGSTAB where there are too many unknowns for LU or
+/// time steps are short. Where a factor would not fit the memory, a Krylov method takes over:
+/// conjugate gradients if A is symmetric and diagonally dominant, else BiCGSTAB. They are
+/// preconditioned by the diagonal; in stiff problems in one and two dimensions by the factor of a compact
 /// symmetric twin. report() tells what was chosen and why.
 ///
-/// Not to be used from two threads at a time; two solvers may.
+/// Not to be used from two threads at a time; two solvers may. While one factorises or solves, it sets
+/// OpenBLAS's number of threads, which belongs to the process, and restores it afterwards.
 class LinearSolver {
  public:
   /// @param matrix  n x n, n >= 0, compressed
@@ -89,17 +98,20 @@ class LinearSolver {
   /// @throws SolverError  if the matrix is singular (constants on a connected set of points are in its
   ///   null space, or a pivot is zero); if Method::Cholesky is asked for and it is not positive
   ///   definite; if a factor asked for would not fit the memory
+  /// @throws std::bad_alloc  if memory runs out all the same
   explicit LinearSolver(SparseMatrix matrix, SolverOptions options = {}, SystemPoints points = {});
   LinearSolver(LinearSolver&&) noexcept;
   LinearSolver& operator=(LinearSolver&&) noexcept;
   ~LinearSolver();
 
   /// Other values in the same pattern; the symbolic analysis is kept where the method remains.
-  /// @throws as the constructor, and InvalidInput if the pattern is not the same
+  /// @throws as the constructor, after which there is nothing to solve with until a refactor() succeeds;
+  ///   InvalidInput if the pattern is not the same, and all is as before
   void refactor(SparseMatrix matrix);
 
   /// Solves for every column of b (n x k). x (n x k) is where iterations start from.
-  /// Allocates nothing if the call before had as many columns.
+  /// Allocates nothing if the call before had as many columns (but for what a BLAS may do for itself when
+  /// there are several, and in a build without CHOLMOD).
   /// @throws InvalidInput  if sizes disagree or b or x is not finite
   /// @throws SolverError  if the residual stays above the tolerance and above what rounding allows
   SolveReport solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x);

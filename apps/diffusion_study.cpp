@@ -1,15 +1,18 @@
-// Orders of implicit diffusion in time and space, on decaying modes of the unit interval, square and
-// cube: u = sin(pi x) .. between walls held at 0, u = cos(pi x) .. between walls without flux.
+// What implicit diffusion gets right, and how well.
 //
-//     gradpsi_diffusion_orders [--quick]
+//     gradpsi_diffusion_study [--quick]
 //
-// prints a CSV. Expect order 1 in time from backward Euler and 2 from Crank-Nicolson; in space what
-// the Laplacian gives: none without correction, 2 with second-order consistency on regular points. A
-// row whose errors are huge has met an eigenvalue on the wrong side.
+// prints a CSV.
+// - time, space: orders on decaying modes of the unit interval, square and cube, u = sin(pi x) .. between
+//   walls held at 0, u = cos(pi x) .. between walls without flux. Expect order 1 in time from backward
+//   Euler and 2 from Crank-Nicolson; in space none without correction and 2 with second-order consistency.
+// - poisson: lap u = f on the unit square, 40 x 40 points, the outermost fixed.
+// - slab: the temperature where conductivities 1 and 10 meet, by the harmonic and the arithmetic mean.
 
 #include <cmath>
 #include <cstdio>
 #include <gradpsi/gradpsi.hpp>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -17,7 +20,8 @@
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double support_ratio = 3;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double usual_support_ratio = 3;
 
 enum class Walls { Fixed, NoFlux };
 
@@ -27,7 +31,7 @@ struct Mode {
       : cloud(points(dimension, intervals, jitter)), spacing(1.0 / intervals) {
     const auto x = (pi * cloud.positions().array()).eval();
     u = (walls == Walls::Fixed ? x.sin().rowwise().prod().eval() : x.cos().rowwise().prod().eval());
-    near = find_neighbours(cloud, support_ratio * spacing);
+    near = find_neighbours(cloud, usual_support_ratio * spacing);
     std::vector<int> on_walls;
     for (int i = 0; i < cloud.size(); ++i)
       if (normal(i).any()) on_walls.push_back(i);
@@ -91,17 +95,30 @@ struct Mode {
   gradpsi::BoundaryConditions conditions;
 };
 
+/// Points that are not within a spacing of the unit square's edge; those that are, are fixed.
+std::vector<int> fix_edge(const gradpsi::Cloud& cloud, gradpsi::BoundaryConditions& conditions) {
+  std::vector<int> inside;
+  const double dx = cloud.spacing();
+  for (int i = 0; i < cloud.size(); ++i) {
+    const auto x = cloud.positions().row(i);
+    const bool at_edge = x.minCoeff() < dx || x.maxCoeff() > 1 - dx;
+    (at_edge ? conditions.fixed.points : inside).push_back(i);
+  }
+  return inside;
+}
+
 double rms(const Eigen::VectorXd& error) {
   return std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
 }
 
-/// One line of the CSV.
+/// Lines of the CSV, with the order between each error and the one before.
 void print(const char* what, int dimension, Walls walls, double jitter, const std::string& method,
-           const std::vector<double>& sizes, const std::vector<double>& errors) {
+           const std::vector<double>& sizes, const std::vector<double>& errors,
+           double support_ratio = usual_support_ratio) {
   for (std::size_t k = 0; k < errors.size(); ++k) {
-    std::printf("%s,%d,%s,%g,%s,%.6g,%.4g,", what, dimension,
-                walls == Walls::Fixed ? "fixed" : "no-flux", jitter, method.c_str(), sizes[k],
-                errors[k]);
+    std::printf("%s,%d,%s,%g,%s,%g,%.6g,%.4g,", what, dimension,
+                walls == Walls::Fixed ? "fixed" : "no-flux", jitter, method.c_str(), support_ratio,
+                sizes[k], errors[k]);
     if (k > 0)
       std::printf("%.2f", std::log(errors[k - 1] / errors[k]) / std::log(sizes[k - 1] / sizes[k]));
     std::printf("\n");
@@ -130,7 +147,7 @@ void study_time(int dimension, Walls walls, bool quick) {
 void study_space(int dimension, Walls walls, double jitter, const std::string& scheme, bool quick) {
   std::vector<std::vector<int>> intervals = {
       {20, 40, 80, 160, 320}, {10, 20, 40, 80}, {6, 9, 13, 19}};
-  if (quick) intervals = {{20, 40, 80}, {10, 20, 40}, {6, 9}};
+  if (quick) intervals = {{20, 40, 80}, {10, 20, 40}, {9, 13}};
   std::vector<double> sizes, errors;
   for (const int m : intervals[dimension - 1]) {
     const Mode mode(dimension, m, jitter, walls);
@@ -142,15 +159,75 @@ void study_space(int dimension, Walls walls, double jitter, const std::string& s
   print("space", dimension, walls, jitter, scheme, sizes, errors);
 }
 
+/// Root mean square over the points that are not fixed, u = sin(2.5 x) cos(2.5 y), three clouds.
+void study_poisson(const std::string& scheme, double support_ratio) {
+  double squared = 0, count = 0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const gradpsi::Cloud cloud =
+        make_cloud(gradpsi::Lattice{.points_per_side = 40, .jitter = 0.2, .seed = seed});
+    const auto near = find_neighbours(cloud, support_ratio * cloud.spacing());
+    gradpsi::BoundaryConditions conditions;
+    const std::vector<int> inside = fix_edge(cloud, conditions);
+    const auto x = cloud.positions().array();
+    const Eigen::VectorXd exact = (2.5 * x.col(0)).sin() * (2.5 * x.col(1)).cos();
+    Eigen::VectorXd u = exact;
+    gradpsi::ImplicitDiffusion steady(cloud, assemble(scheme, cloud, near), conditions,
+                                      {.time_step = infinity, .source = 2 * 2.5 * 2.5 * exact});
+    steady.step(u);
+    squared += (u - exact).squaredNorm();
+    count += static_cast<double>(inside.size());
+  }
+  print("poisson", 2, Walls::Fixed, 0.2, scheme, {1.0 / 40}, {std::sqrt(squared / count)},
+        support_ratio);
+}
+
+/// kappa = 1 for x < 1/2 and 10 beyond, u(0) = 0, u(1) = 1: u = 10/11 at the interface, which lies
+/// midway between two columns of points; that on the left, where u is steep, is looked at.
+void study_slab(const std::string& scheme, double jitter, gradpsi::Mean mean) {
+  const gradpsi::Cloud cloud =
+      make_cloud(gradpsi::Lattice{.points_per_side = 60, .jitter = jitter});
+  const double dx = cloud.spacing();
+  const auto near = find_neighbours(cloud, usual_support_ratio * dx);
+  const auto x = cloud.positions().col(0).array();
+  const Eigen::VectorXd kappa = (x < 0.5).select(Eigen::ArrayXd::Ones(x.size()), 10.0);
+  const Eigen::VectorXd exact = (x < 0.5).select(x * 20 / 11, 1 - (1 - x) * 2 / 11);
+  gradpsi::BoundaryConditions conditions;
+  fix_edge(cloud, conditions);
+  Eigen::VectorXd u = exact;
+  gradpsi::ImplicitDiffusion steady(cloud,
+                                    with_conductivity(assemble(scheme, cloud, near), kappa, mean),
+                                    conditions, {.time_step = infinity});
+  steady.step(u);
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (x[i] < 0.5 && x[i] > 0.5 - dx) sum += u[i] - exact[i], ++count;
+  print(mean == gradpsi::Mean::Harmonic ? "slab-harmonic" : "slab-arithmetic", 2, Walls::Fixed,
+        jitter, scheme, {dx}, {std::abs(sum / count) / (10.0 / 11)});
+}
+
 }  // namespace
 
-int main(int argc, char** argv) {
-  const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
-  std::printf("of,dimension,walls,jitter,method,step,error,order\n");
+int main(int argc, char** argv) try {
+  const bool quick = argc == 2 && std::string(argv[1]) == "--quick";
+  if (argc > 1 && !quick) {
+    std::fprintf(stderr, "Usage: %s [--quick]\n", argv[0]);
+    return 2;
+  }
+  std::printf("of,dimension,walls,jitter,method,support_ratio,step,error,order\n");
   for (const int dimension : {1, 2, 3})
     for (const Walls walls : {Walls::Fixed, Walls::NoFlux}) {
       study_time(dimension, walls, quick);
       for (const std::string scheme : {"laplacian-mixed-zoc", "laplacian-mixed-soc"})
         for (const double jitter : {0.0, 0.2}) study_space(dimension, walls, jitter, scheme, quick);
     }
+  for (const std::string scheme : {"laplacian-mixed-zoc", "laplacian-mixed-soc"}) {
+    for (const double support_ratio : {2.5, 3.5}) study_poisson(scheme, support_ratio);
+    for (const double jitter : {0.0, 0.2})
+      for (const auto mean : {gradpsi::Mean::Harmonic, gradpsi::Mean::Arithmetic})
+        study_slab(scheme, jitter, mean);
+  }
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "error: %s\n", error.what());
+  return 1;
 }
