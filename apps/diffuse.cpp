@@ -1,6 +1,7 @@
 // gradpsi diffuse: implicit diffusion, or the steady problem, with a scheme's Laplacian.
 
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 #include <limits>
 #include <memory>
@@ -46,7 +47,7 @@ std::vector<int> marked(const Eigen::VectorXd& column) {
 }
 
 /// n . grad u = flux at the points with a normal that are not fixed.
-gradpsi::WallConditions walls(const Options& options, const Problem& problem,
+gradpsi::WallConditions walls(const Options& options, Problem& problem,
                               const Eigen::VectorXd& fixed) {
   gradpsi::WallConditions walls;
   if (options.normal.empty()) return walls;
@@ -60,7 +61,19 @@ gradpsi::WallConditions walls(const Options& options, const Problem& problem,
   if (!options.flux.empty()) walls.flux = finite_column(problem.table, options.flux)(walls.points);
   gradpsi::AssemblyOptions assembly = assembly_options(options);
   assembly.rows = walls.points;
-  walls.gradient = gradpsi::assemble(options.gradient, problem.cloud, problem.near, assembly).axes;
+  gradpsi::Operator gradient;
+  try {
+    gradient = gradpsi::assemble(options.gradient, problem.cloud, problem.near, assembly);
+  } catch (const gradpsi::StencilError& error) {
+    throw std::runtime_error(std::string(error.what()) +
+                             "; try a larger support, another --gradient or --on-degenerate lower");
+  }
+  if (const int lowered = gradient.rows.degenerate(); lowered > 0) {
+    std::cout << options.gradient << ": " << lowered << " of " << walls.points.size()
+              << " rows of wall points are degenerate and lowered or zero\n";
+    problem.report["degenerate_rows"] = problem.report["degenerate_rows"].get<int>() + lowered;
+  }
+  walls.gradient = std::move(gradient.axes);
   return walls;
 }
 
@@ -94,7 +107,8 @@ class Series {
   void write(const gradpsi::Table& table, int step) {
     std::string number = std::to_string(step);
     number.insert(0, std::to_string(*options_.steps).size() - number.size(), '0');
-    const path file = options_.beside("_" + number + ".vtu");
+    const path file = options_.beside("_" + number + ".vtu"), list = options_.beside(".pvd");
+    check_outputs(options_, {file, list});
     gradpsi::write_vtu(file, table);
     std::string name;
     for (const char c : file.filename().string())
@@ -102,7 +116,7 @@ class Series {
     char time[32];
     std::snprintf(time, sizeof time, "%.15g", step * *options_.time_step);
     sets_ += "<DataSet timestep=\"" + std::string(time) + "\" file=\"" + name + "\"/>\n";
-    gradpsi::write_text(options_.beside(".pvd"),
+    gradpsi::write_text(list,
                         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n"
                         "<Collection>\n" +
                             sets_ + "</Collection>\n</VTKFile>\n");
@@ -170,15 +184,19 @@ std::ostream& operator<<(std::ostream& out, const Range& range) {
 
 /// Whether the field has left its range by more than rounding.
 bool left(const Range& before, const Range& after) {
-  const double margin = 0.01 * (before.most - before.least);
+  const double margin = 0.01 * (before.most - before.least) +
+                        1e-9 * std::max(std::abs(before.least), std::abs(before.most));
   return after.least < before.least - margin || after.most > before.most + margin;
 }
 
 void check(const Options& options) {
   if (gradpsi::Scheme(options.scheme).derivative != gradpsi::Derivative::Laplacian)
     throw InvalidInput(options.scheme + " is not a Laplacian");
-  if (options.field == "x" || options.field == "y" || options.field == "z")
-    throw InvalidInput("column '" + options.field + "' is a coordinate, not a field");
+  for (const char* taken : {"x", "y", "z", "volume", "support"})
+    if (options.field == taken)
+      throw InvalidInput("column '" + options.field + "' describes the points, it is not a field");
+  if (!options.steady && !std::isfinite(*options.time_step))
+    throw InvalidInput("--time-step must be finite; --steady is for the steady field");
   static_cast<void>(gradpsi::method(options.method));
   if (gradpsi::Scheme(options.gradient).derivative != gradpsi::Derivative::Gradient)
     throw InvalidInput(options.gradient + " is not a gradient");
@@ -205,9 +223,15 @@ void run(const Options& options) {
     if (step == options.steps || (options.every > 0 && step % options.every == 0)) keep(step);
   });
   table.set(options.field, u);
+  const std::string title =
+      options.field + ", " + options.scheme + ", " +
+      (options.steady ? "steady" : "t = " + text(*options.steps * *options.time_step));
   problem.report["solver"] = json(heat.solver());
   problem.report["steps"] = steps;
-  write_and_report(options, problem, {options.output}, [&] { write_table(options.output, table); });
+  const bool talk = write_and_report(options, problem, {options.output},
+                                     [&] { write_table(options.output, table); });
+  const bool drawn = draw_field(picture, problem.cloud.positions(), u, options.field, title);
+  if (!talk) return;
 
   const gradpsi::SolverReport& solver = heat.solver();
   const Range after(u);
@@ -221,12 +245,7 @@ void run(const Options& options) {
   if (options.source.empty() && options.flux.empty() && !ripples && left(before, after))
     std::cout << "  diffusion alone never leaves the range it started from: on these points " +
                      options.scheme + " does not approximate it\n";
-  std::string title = options.field + ", " + options.scheme + ", ";
-  if (options.steady)
-    title += "steady";
-  else
-    title += "t = " + text(*options.steps * *options.time_step);
-  if (draw_field(picture, problem.cloud.positions(), u, options.field, title))
+  if (drawn)
     std::cout << "picture: " << picture.string() << '\n';
   else
     std::cout << "no picture: gnuplot could not draw one (is gnuplot-nox installed?)\n";
@@ -235,12 +254,17 @@ void run(const Options& options) {
 }  // namespace
 
 void add_diffuse(CLI::App& app) {
+  // An empty shell variable must not become "no condition".
+  const auto not_empty = [](const std::string& name) {
+    return name.empty() ? "must not be empty" : "";
+  };
   auto* command = app.add_subcommand(
       "diffuse", "Implicit diffusion of a field, or the steady field, with boundary conditions.");
   auto options = std::make_shared<Options>();
   options->add_to(*command);
   command->add_option("--field", options->field, "The column u to start from")
       ->type_name("COLUMN")
+      ->check(not_empty)
       ->required();
   command->add_option("--diffusivity", options->diffusivity, "nu in du/dt = nu lap u + f")
       ->type_name("NU")
@@ -254,7 +278,8 @@ void add_diffuse(CLI::App& app) {
                    "1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2")
       ->type_name("1|0.5")
       ->check([](const std::string& given) {
-        return given == "1" || given == "0.5" ? "" : "must be 1 or 0.5";
+        const double theta = std::strtod(given.c_str(), nullptr);
+        return theta == 1 || theta == 0.5 ? "" : "must be 1 or 0.5, not " + given;
       })
       ->capture_default_str();
   auto* steady = command->add_flag(
@@ -262,16 +287,19 @@ void add_diffuse(CLI::App& app) {
       "Solve -nu lap u = f in one go; --time-step, --steps and --theta do not count then");
   command
       ->add_option("--fixed", options->fixed, "Points where this column is not 0 keep their value")
-      ->type_name("COLUMN");
+      ->type_name("COLUMN")
+      ->check(not_empty);
   auto* normal =
       command
           ->add_option(
               "--normal", options->normal,
               "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
               "that are not fixed, obey n . grad u = flux instead")
-          ->type_name("PREFIX");
+          ->type_name("PREFIX")
+          ->check(not_empty);
   command->add_option("--flux", options->flux, "Column of that flux; 0 without")
       ->type_name("COLUMN")
+      ->check(not_empty)
       ->needs(normal);
   command->add_option("--gradient", options->gradient, "Scheme of that gradient")
       ->type_name("NAME")
@@ -280,7 +308,8 @@ void add_diffuse(CLI::App& app) {
   auto* conductivity = command
                            ->add_option("--conductivity", options->conductivity,
                                         "Column kappa > 0 in du/dt = nu div(kappa grad u) + f")
-                           ->type_name("COLUMN");
+                           ->type_name("COLUMN")
+                           ->check(not_empty);
   command
       ->add_option("--mean", options->mean,
                    "Of kappa between two points: arithmetic where it is smooth, harmonic where it\n"
@@ -289,7 +318,9 @@ void add_diffuse(CLI::App& app) {
       ->check(CLI::IsMember({"arithmetic", "harmonic"}))
       ->needs(conductivity)
       ->capture_default_str();
-  command->add_option("--source", options->source, "Column of f; 0 without")->type_name("COLUMN");
+  command->add_option("--source", options->source, "Column of f; 0 without")
+      ->type_name("COLUMN")
+      ->check(not_empty);
   command
       ->add_option("--method", options->method,
                    "auto, cholesky (symmetric matrices only), lu or krylov; auto says what it took")

@@ -206,7 +206,10 @@ CLI::Option* add_table_output(CLI::App& command, path& output, const std::string
       ->required()
       ->check([](const std::string& name) {
         const auto extension = path(name).extension();
-        return extension == ".csv" || extension == ".vtu" ? "" : "must end in .csv or .vtu";
+        if (extension != ".csv" && extension != ".vtu") return "must end in .csv or .vtu";
+        // They would end up in scripts and XML.
+        const auto control = [](unsigned char c) { return c < 32; };
+        return std::ranges::any_of(name, control) ? "must not have control characters" : "";
       });
 }
 
@@ -227,13 +230,15 @@ void check_outputs(const OperatorOptions& options, std::vector<path> files) {
     if (same_file(file, options.points))
       throw InvalidInput(file.string() + " is the file of the points; it is not overwritten");
   }
-  for (path& file : files) file = std::filesystem::weakly_canonical(file, ignored);
+  for (path& file : files)
+    file = std::filesystem::weakly_canonical(std::filesystem::absolute(file), ignored);
   std::ranges::sort(files);
   if (const auto twice = std::ranges::adjacent_find(files); twice != files.end())
-    throw InvalidInput("the result and the report are both to be written to " + twice->string());
+    throw InvalidInput("two results, or a result and the report, are both to be written to " +
+                       twice->string());
 }
 
-void write_and_report(const OperatorOptions& options, Problem& problem,
+bool write_and_report(const OperatorOptions& options, Problem& problem,
                       const std::vector<path>& files, const std::function<void()>& write) {
   Stopwatch watch;
   write();
@@ -245,7 +250,7 @@ void write_and_report(const OperatorOptions& options, Problem& problem,
   if (!options.report.empty()) gradpsi::write_text(options.report, report.dump(2) + "\n");
 
   for (const path& file : files)
-    if (same_file(file, "/dev/stdout")) return;
+    if (same_file(file, "/dev/stdout")) return false;
   std::cout << options.scheme << ": " << report["points"] << " points, " << report["entries"]
             << " entries a matrix, written to";
   for (const path& file : files) std::cout << ' ' << file.string();
@@ -273,4 +278,5 @@ void write_and_report(const OperatorOptions& options, Problem& problem,
       if (rows.outcome[i] != RowOutcome::AsAsked) std::cout << ' ' << i, ++listed;
     std::cout << (listed < rows.degenerate() ? " ...\n" : "\n");
   }
+  return true;
 }

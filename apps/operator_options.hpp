@@ -60,6 +60,7 @@ void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::
 
 /// Calls write(), adds its time and the peak memory to the report, writes it where --report says, and
 /// prints what was written unless that went to standard output itself.
-void write_and_report(const OperatorOptions& options, Problem& problem,
+/// @return  whether more may be printed
+bool write_and_report(const OperatorOptions& options, Problem& problem,
                       const std::vector<std::filesystem::path>& files,
                       const std::function<void()>& write);

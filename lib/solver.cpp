@@ -101,7 +101,8 @@ struct LinearSolver::State {
   // Solving
   bool is_solution(int column, double& residual);
   void solve_directly(SolveReport& result);
-  void iterate(SolveReport& result);
+  void iterate(SolveReport& result, int limit);
+  void iterate_or_factorise(SolveReport& result);
   void correct_walls(const double* r, double* z);
   [[noreturn]] void throw_unsolved(const SolveReport& result) const;
 
@@ -119,7 +120,8 @@ struct LinearSolver::State {
   Krylov::Precondition preconditioner;
   Eigen::VectorXd inverse_diagonal, wall_residuals, wall_corrections;
   SolverReport report;
-  Eigen::MatrixXd rhs, solution, residuals, corrections;
+  Eigen::VectorXi units;  // powers of 2, one a column
+  Eigen::MatrixXd rhs, solution, start, residuals, corrections;
 };
 
 LinearSolver::State::State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system)
@@ -363,7 +365,7 @@ bool LinearSolver::State::is_solution(int column, double& residual) {
   residual = size > 0 ? norm / size : norm;
   if (!std::isfinite(norm)) return false;
   if (norm <= options.tolerance * size) return true;
-  if (norm > 1e-8 * size) return false;  // no rounding error of a regular matrix
+  if (norm > 1e-4 * size) return false;  // no rounding error of a matrix worth solving with
   double squared = 0;
   for (int i = 0; i < n; ++i) {
     double terms = std::abs(b[i]);
@@ -397,14 +399,14 @@ void LinearSolver::State::solve_directly(SolveReport& result) {
 }
 
 /// Iterates on each column, again from the true residual as long as that halves it.
-void LinearSolver::State::iterate(SolveReport& result) {
+void LinearSolver::State::iterate(SolveReport& result, int limit) {
   double worst = 0;
   for (int c = 0; c < rhs.cols(); ++c) {
     const double* const b = rhs.col(c).data();
     double* const x = solution.col(c).data();
     const double target = options.tolerance * rhs.col(c).norm();
     if (target == 0) solution.col(c).setZero();
-    int left = options.max_iterations;
+    int left = limit;
     double residual, before = std::numeric_limits<double>::infinity();
     while (!is_solution(c, residual)) {
       result.residual = residual;
@@ -419,6 +421,25 @@ void LinearSolver::State::iterate(SolveReport& result) {
     worst = std::max(worst, residual);
   }
   result.residual = worst;
+}
+
+/// Iterates; where the method was ours to choose and does not converge in 1,000 iterations, LU takes
+/// over from then on if the memory allows.
+void LinearSolver::State::iterate_or_factorise(SolveReport& result) {
+  if (options.method != Method::Auto) return iterate(result, options.max_iterations);
+  start = solution;
+  try {
+    return iterate(result, std::min(options.max_iterations, 1'000));
+  } catch (const SolverError&) {
+    solution = start;
+    result = {};
+  }
+  try {
+    set_up_lu(report.reason + ", and BiCGSTAB did not converge");
+  } catch (const FactorTooLarge&) {
+    return iterate(result, options.max_iterations);
+  }
+  solve_directly(result);
 }
 
 void LinearSolver::State::throw_unsolved(const SolveReport& result) const {
@@ -469,12 +490,24 @@ SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
   if (s.report.method == Method::Auto)
     throw SolverError("there is no factor: the latest refactor() failed");
   if (s.n == 0 || b.cols() == 0) return result;
+  // In units in which b is about 1 its square neither overflows nor vanishes.
   s.rhs = b;
   s.solution = x;
+  s.units.resize(b.cols());
+  for (Eigen::Index c = 0; c < b.cols(); ++c) {
+    const double largest = b.col(c).cwiseAbs().maxCoeff();
+    s.units[c] = largest > 0 ? std::ilogb(largest) : 0;
+    for (int i = 0; i < s.n; ++i) {
+      s.rhs(i, c) = std::ldexp(b(i, c), -s.units[c]);
+      s.solution(i, c) = std::ldexp(x(i, c), -s.units[c]);
+    }
+  }
+  if (!s.solution.allFinite()) s.solution.setZero();  // a start that far off is none
   s.residuals.resize(b.rows(), b.cols());
   s.corrections.resize(b.rows(), b.cols());
-  s.report.method == Method::Krylov ? s.iterate(result) : s.solve_directly(result);
-  x = s.solution;
+  s.report.method == Method::Krylov ? s.iterate_or_factorise(result) : s.solve_directly(result);
+  for (Eigen::Index c = 0; c < b.cols(); ++c)
+    for (int i = 0; i < s.n; ++i) x(i, c) = std::ldexp(s.solution(i, c), s.units[c]);
   result.seconds = watch.lap();
   return result;
 }

@@ -328,7 +328,7 @@ class Diffuse(ProgramTest):
     def test_bad_usage_is_2(self):
         step = ["--time-step", 1, "--steps", 1]
         for arguments in [[], ["--steps", 1], ["--time-step", 1], [*step, "--theta", 0.7], [*step, "--flux", "f"],
-                          ["--time-step", 1, "--steps", 0], [*step, "--mean", "harmonic"],
+                          ["--time-step", 1, "--steps", 0], [*step, "--fixed", ""], [*step, "--mean", "harmonic"],
                           [*step, "--conductivity", "f", "--mean", "geometric"], ["--steady", "--every", 2]]:
             self.assertIn("Usage: gradpsi diffuse", self.diffuse("laplacian-mixed-zoc", *arguments, expect=2))
         self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
@@ -337,7 +337,7 @@ class Diffuse(ProgramTest):
         def error(*arguments, scheme="laplacian-mixed-zoc", step=("--time-step", 1, "--steps", 1)):
             return self.diffuse(scheme, *step, *arguments, expect=1)
         self.assertIn("is not a Laplacian", error(scheme="gradient-direct-foc"))
-        self.assertIn("column 'x' is a coordinate",
+        self.assertIn("column 'x' describes the points",
                       self.run_program("diffuse", self.points, "--field", "x", "--scheme", "laplacian-mixed-zoc",
                                        "--support", 1, "--time-step", 1, "--steps", 1, "-o", self.path("o.csv"),
                                        expect=1))
@@ -347,6 +347,11 @@ class Diffuse(ProgramTest):
         self.assertIn("laplacian-mixed-zoc is not a gradient",
                       error("--normal", "n", "--gradient", "laplacian-mixed-zoc"))
         self.assertIn("diffusivity must be >= 0", error("--diffusivity", -1))
+        self.assertIn("--time-step must be finite", error(step=("--time-step", "inf", "--steps", 1)))
+        self.assertIn("both to be written to",
+                      self.run_program("diffuse", self.points, "--field", "T", "--scheme", "laplacian-mixed-zoc",
+                                       "--support", 1, "--time-step", 1, "--steps", 1, "-o", self.path("o.csv"),
+                                       "--report", self.path("o.png"), expect=1))
         self.assertIn("time_step must be > 0", error(step=("--time-step", -1, "--steps", 1)))
         self.assertIn("any constant may be added", error("--steady"))
         self.assertIn("the conductivity at point ", error("--conductivity", "nx"))

@@ -232,7 +232,7 @@ TEST(Solver, AFactorBeyondTheMemoryIsRefusedOrAvoided) {
 }
 
 TEST(Solver, OneMatrixServesManyThreads) {
-  const System system("laplacian-mixed-zoc", 2, 40);
+  const System system("laplacian-mixed-zoc", 2, 20);
   const Eigen::VectorXd b = system.right_hand_sides(1);
   std::vector<Eigen::VectorXd> x(4, b);
   std::vector<std::thread> threads;
@@ -321,6 +321,22 @@ TEST(Solver, AllZerosOnTheRightHaveASolution) {
   }
 }
 
+TEST(Solver, RightHandSidesOfAnySizeAreSolvedAlike) {
+  const System system("laplacian-mixed-soc");
+  const Eigen::VectorXd b = system.right_hand_sides(1), zero = Eigen::VectorXd::Zero(b.size());
+  for (const Method m : {Method::Lu, Method::Krylov}) {
+    LinearSolver solver(system.matrix, {.method = m}, system.points);
+    Eigen::VectorXd x = zero;
+    solver.solve(b, x);
+    for (const double unit : {0x1p-900, 0x1p900}) {
+      Eigen::VectorXd scaled = zero;
+      const SolveReport report = solver.solve(unit * b, scaled);
+      EXPECT_EQ(scaled, unit * x) << unit << name(m);
+      EXPECT_GT(report.residual, 0);
+    }
+  }
+}
+
 TEST(Solver, ConstantsInTheNullSpaceAreNamed) {
   // Rows 0 and 2 are a pure Neumann problem of their own.
   const Eigen::MatrixXd dense{{1, 0, -1}, {0, 3, 0}, {-2, 0, 2}};
@@ -356,6 +372,19 @@ TEST(Solver, NoConvergenceIsAnErrorWithTheResidualReached) {
     EXPECT_THAT(error.what(), HasSubstr("after 2 iterations"));
   }
   EXPECT_EQ(x, b);
+}
+
+TEST(Solver, LuTakesOverWhereAutoDoesNotConverge) {
+  // One-sided rows at the edge of the cloud, some of them 1e5 times too large.
+  const System system("laplacian-mixed-soc", 2, 50, 0.5);
+  LinearSolver solver(system.matrix, {}, system.points);
+  ASSERT_EQ(solver.report().method, Method::Krylov);
+  const Eigen::VectorXd b = system.right_hand_sides(1);
+  Eigen::VectorXd x = b;
+  solver.solve(b, x);
+  EXPECT_EQ(solver.report().method, Method::Lu);
+  EXPECT_THAT(solver.report().reason, HasSubstr("BiCGSTAB did not converge"));
+  EXPECT_LT((system.matrix * x - b).norm(), 1e-8 * b.norm());
 }
 
 TEST(Solver, RefusesOptionsOutOfRange) {

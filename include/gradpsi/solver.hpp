@@ -83,7 +83,8 @@ struct SystemPoints {
 /// Auto takes Cholesky if diag(volumes) A is symmetric, entry by entry, and its factorisation finds it
 /// positive definite; for other matrices LU, or BiCGSTAB where there are too many unknowns for LU or
 /// time steps are short. Where a factor would not fit the memory, a Krylov method takes over:
-/// conjugate gradients if A is symmetric and diagonally dominant, else BiCGSTAB. They are
+/// conjugate gradients if A is symmetric and diagonally dominant, else BiCGSTAB; LU takes over from one
+/// that does not converge in 1,000 iterations, if it fits. They are
 /// preconditioned by the diagonal; in stiff problems in one and two dimensions by the factor of a compact
 /// symmetric twin. report() tells what was chosen and why.
 ///
