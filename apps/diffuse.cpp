@@ -243,8 +243,9 @@ void run(const Options& options) {
             << options.field << " was in " << before << ", is in " << after << '\n';
   const bool ripples = !options.steady && options.theta < 1;  // of Crank-Nicolson
   if (options.source.empty() && options.flux.empty() && !ripples && left(before, after))
-    std::cout << "  diffusion alone never leaves the range it started from: on these points " +
-                     options.scheme + " does not approximate it\n";
+    std::cout
+        << "  diffusion alone never leaves the range it started from: on these points the scheme, "
+           "or that of\n  the walls' gradient, does not approximate it\n";
   if (drawn)
     std::cout << "picture: " << picture.string() << '\n';
   else

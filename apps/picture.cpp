@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <string_view>
 #include <vector>
 
 namespace {
@@ -86,6 +88,14 @@ void write_script(FILE* out, const std::filesystem::path& png, const View& view,
   std::fprintf(out, "e\nunset output\n");
 }
 
+/// Whether the file ends as a PNG does: gnuplot does not notice when a disk is full.
+bool is_complete(const std::filesystem::path& png) {
+  std::ifstream file(png, std::ios::binary);
+  file.seekg(-8, std::ios::end);
+  char end[4] = {};
+  return file.read(end, 4) && std::string_view(end, 4) == "IEND";
+}
+
 }  // namespace
 
 bool draw_field(const std::filesystem::path& png, const gradpsi::Positions& x,
@@ -96,7 +106,7 @@ bool draw_field(const std::filesystem::path& png, const gradpsi::Positions& x,
   const std::filesystem::path part = png.string() + ".part";
   write_script(gnuplot, part, view(x, field, name), x.cols(), field, name, title);
   bool drawn = std::ferror(gnuplot) == 0;
-  drawn = pclose(gnuplot) == 0 && drawn;
+  drawn = pclose(gnuplot) == 0 && drawn && is_complete(part);
   std::error_code failure, ignored;
   if (drawn) std::filesystem::rename(part, png, failure);
   if (!drawn || failure) std::filesystem::remove(part, ignored);

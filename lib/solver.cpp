@@ -179,7 +179,7 @@ void LinearSolver::State::check_matrix() const {
                       " rows connected with that of " + row(floating.first) +
                       " sum to zero (to rounding), so any constant may be added to their solution; "
                       "a fixed value, "
-                      "an exchange with the outside or a finite time step makes it unique");
+                      "an exchange with the outside or a shorter time step makes it unique");
 }
 
 Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {
