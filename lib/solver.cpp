@@ -175,11 +175,12 @@ void LinearSolver::State::check_matrix() const {
   }
   const FloatingRows floating = floating_rows(A);
   if (floating.count > 0)
-    throw SolverError("the matrix is singular: the " + std::to_string(floating.count) +
-                      " rows connected with that of " + row(floating.first) +
-                      " sum to zero (to rounding), so any constant may be added to their solution; "
-                      "a fixed value, "
-                      "an exchange with the outside or a shorter time step makes it unique");
+    throw SolverError(
+        "the matrix is singular: the " + std::to_string(floating.count) +
+        " rows connected with that of " + row(floating.first) +
+        " sum to zero (to rounding), so any constant may be added to their solution; a "
+        "fixed value, an exchange with the outside or a shorter time step makes it "
+        "unique");
 }
 
 Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {

@@ -33,8 +33,8 @@ struct FixedValues {
 /// Points where transfer u + n . grad u = flux holds instead of the equation: Neumann, or with
 /// transfer > 0 Robin.
 struct WallConditions {
-  std::vector<int> points;  ///< 0-based, each once, none of them fixed
-  Positions normals = {};   ///< points x d: n, not 0, of any length; outward by convention
+  std::vector<int> points = {};  ///< 0-based, each once, none of them fixed
+  Positions normals = {};        ///< points x d: n, not 0, of any length; outward by convention
   std::vector<SparseMatrix> gradient = {};  ///< d matrices, points x n: grad u at these points
   Eigen::VectorXd flux = {};                ///< one per point; empty: 0
   Eigen::VectorXd transfer = {};            ///< one per point, >= 0 (1/length); empty: 0
@@ -49,7 +49,7 @@ struct BoundaryConditions {
 
 struct DiffusionOptions {
   double diffusivity = 1;  ///< nu >= 0, length^2/time
-  double time_step = 0;    ///< dt > 0; infinity: steady_state()
+  double time_step = 0;    ///< dt > 0; infinity: the steady problem
   /// 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2 from a field that meets the wall
   /// conditions (a step of hardly any length makes it do so); 0.5 to 1.
   double theta = 1;
