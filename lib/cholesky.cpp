@@ -134,7 +134,7 @@ Cholesky::Cholesky(const SparseMatrix& A, Eigen::VectorXd scale, const Eliminati
                              ", ordered by " + std::string(name(elimination.ordering)),
               .entries = s.common.get()->lnz,
               .flops = s.common.get()->fl,
-              .analyse_seconds = watch.lap()};
+              .analyse_seconds = elimination.seconds + watch.lap()};
   s.report.bytes = s.factor_bytes();
   if (s.report.bytes > memory) throw FactorTooLarge(s.report.bytes, memory);
 }

@@ -24,15 +24,21 @@ class Dissection {
     const auto before_along_a = [&](int i, int j) { return x_(i, a) < x_(j, a); };
     constexpr std::size_t leaf = 64;
     if (points.size() <= leaf) return std::sort(points.begin(), points.end(), before_along_a);
-    // The separator is taken from before the cut: a cut that much later leaves equal halves.
+    // The separator is taken from before the cut: a cut that much later leaves equal halves. Points
+    // often come in layers, and a cut through one needs half a layer more than one between two: of
+    // several cuts within a layer the one with the smallest separator is taken.
     const std::size_t half = points.size() / 2;
-    std::size_t cut = half;
-    std::size_t before = separate(points, cut, a);
-    if (const std::size_t later = half + (half - before) / 2;
-        later < points.size() && later > cut) {
-      cut = later;
-      before = separate(points, cut, a);
+    const std::size_t centred = half + (half - separate(points, half, a)) / 2;
+    const auto layer = static_cast<std::size_t>(
+        std::pow(static_cast<double>(points.size()), 1 - 1.0 / static_cast<double>(x_.cols())));
+    std::size_t cut = half, smallest = points.size();
+    constexpr std::size_t trials = 4;
+    for (std::size_t k = 0; k < trials; ++k) {
+      const std::size_t trial = std::min(centred + k * layer / trials, points.size() - 1);
+      const std::size_t size = trial - separate(points, trial, a);
+      if (size < smallest) smallest = size, cut = trial;
     }
+    const std::size_t before = separate(points, cut, a);
     std::rotate(points.begin() + before, points.begin() + cut, points.end());
     order(points.first(before));
     order(points.subspan(before, points.size() - cut));

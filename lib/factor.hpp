@@ -12,6 +12,7 @@ namespace gradpsi {
 struct Elimination {
   Ordering ordering = Ordering::Amd;  // Coordinates: `permutation`
   Eigen::VectorXi permutation = {};   // the k-th unknown to go is permutation[k]
+  double seconds = 0;                 // what finding it took; part of the analysis
 };
 
 /// A factor would take more than the memory given.

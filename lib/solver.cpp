@@ -186,7 +186,10 @@ void LinearSolver::State::check_matrix() const {
 Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {
   if (options.ordering != Ordering::Coordinates) return {options.ordering};
   if (!has_points()) return {Ordering::Amd};
-  return {Ordering::Coordinates, dissection(points.cloud.positions(), matrix)};
+  Stopwatch watch;
+  Elimination result{Ordering::Coordinates, dissection(points.cloud.positions(), matrix)};
+  result.seconds = watch.lap();
+  return result;
 }
 
 /// Says what was chosen, and lets go of what was not.
