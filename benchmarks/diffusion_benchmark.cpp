@@ -145,7 +145,7 @@ void symmetric(const System& system, double ratio, int threads, bool slow) {
   run_gradpsi("Cholesky by METIS", system, Method::Cholesky, true, Ordering::Metis, threads);
   run_gradpsi("CG with the diagonal", system, Method::Krylov, false, Ordering::Coordinates,
               threads);
-  if (ratio > 100)
+  if (ratio > 100 && system.points.dimension() < 3)
     run_gradpsi("CG with a twin", system, Method::Krylov, true, Ordering::Coordinates, threads);
   run_eigen<Eigen::ConjugateGradient<gradpsi::SparseMatrix, Eigen::Lower | Eigen::Upper>>(
       "CG with the diagonal", system);
@@ -164,7 +164,7 @@ void unsymmetric(const System& system, double ratio, int threads, bool slow) {
   run_gradpsi("LU by coordinates", system, Method::Lu, true, Ordering::Coordinates, threads);
   run_gradpsi("BiCGSTAB with the diagonal", system, Method::Krylov, false, Ordering::Coordinates,
               threads);
-  if (ratio > 100)
+  if (ratio > 100 && system.points.dimension() < 3)
     run_gradpsi("BiCGSTAB with a twin", system, Method::Krylov, true, Ordering::Coordinates,
                 threads);
   run_eigen<Eigen::BiCGSTAB<gradpsi::SparseMatrix>>("BiCGSTAB with the diagonal", system);
