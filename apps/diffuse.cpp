@@ -110,21 +110,13 @@ class Series {
     const path file = options_.beside("_" + number + ".vtu"), list = options_.beside(".pvd");
     check_outputs(options_, {file, list});
     gradpsi::write_vtu(file, table);
-    std::string name;
-    for (const char c : file.filename().string())
-      name += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-    char time[32];
-    std::snprintf(time, sizeof time, "%.15g", step * *options_.time_step);
-    sets_ += "<DataSet timestep=\"" + std::string(time) + "\" file=\"" + name + "\"/>\n";
-    gradpsi::write_text(list,
-                        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n"
-                        "<Collection>\n" +
-                            sets_ + "</Collection>\n</VTKFile>\n");
+    written_.emplace_back(step * *options_.time_step, file);
+    gradpsi::write_pvd(list, written_);
   }
 
  private:
   const Options& options_;
-  std::string sets_;
+  std::vector<std::pair<double, path>> written_;
 };
 
 /// All steps; done(n) is called after the n-th. What they took together.
@@ -215,13 +207,12 @@ void run(const Options& options) {
 
   Series series(options);
   const auto keep = [&](int step) {
+    if (options.every == 0 || (step % options.every != 0 && step != options.steps)) return;
     table.set(options.field, u);
-    if (options.every > 0) series.write(table, step);
+    series.write(table, step);
   };
   keep(0);
-  const auto steps = solve(options, heat, u, [&](int step) {
-    if (step == options.steps || (options.every > 0 && step % options.every == 0)) keep(step);
-  });
+  const auto steps = solve(options, heat, u, keep);
   table.set(options.field, u);
   const std::string title =
       options.field + ", " + options.scheme + ", " +

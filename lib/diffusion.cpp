@@ -173,6 +173,31 @@ double row_scale(const WallRow& wall, double rate) {
 /// 1/dt
 double rate_of(double time_step) { return std::isinf(time_step) ? 0 : 1 / time_step; }
 
+/// Keeps the diagonal where unknowns evolve, and adds 1/dt to it.
+void add_rate(DiffusionSystem& system, double rate) {
+  const auto unknowns = static_cast<int>(system.unknowns.size());
+  system.diagonal.resize(unknowns);
+  for (int u = 0; u < unknowns; ++u) {
+    if (system.evolves[u] == 0) continue;
+    double* diagonal = nullptr;
+    for (SparseMatrix::InnerIterator a(system.matrix, u); a; ++a)
+      if (a.col() == u) diagonal = &a.valueRef();
+    if (!diagonal)
+      throw InvalidInput("the Laplacian stores no diagonal" + at_point(system.unknowns[u]));
+    system.diagonal[u] = *diagonal;
+    *diagonal += rate;
+  }
+}
+
+SystemPoints unknown_points(const Cloud& cloud, const Operator& laplacian,
+                            const std::vector<int>& unknowns) {
+  const Eigen::VectorXd& volumes =
+      laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
+  CloudOptions options{.box = cloud.box()};
+  if (volumes.size() > 0) options.volumes = volumes(unknowns);
+  return {Cloud(cloud.positions()(unknowns, Eigen::all), options), unknowns, {}};
+}
+
 DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
                             const BoundaryConditions& conditions, const DiffusionOptions& options) {
   check(cloud, laplacian);
@@ -221,25 +246,8 @@ DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
   system.matrix = columns(unknowns, unknowns, unknown_place, for_each_entry);
   system.coupling = columns(unknowns, static_cast<int>(fixed.size()), fixed_place, for_each_entry);
   system.coupling *= -1;
-  const double rate = rate_of(options.time_step);
-  system.diagonal.resize(unknowns);
-  for (int u = 0; u < unknowns; ++u) {
-    double* diagonal = nullptr;
-    for (SparseMatrix::InnerIterator a(system.matrix, u); a; ++a)
-      if (a.col() == u) diagonal = &a.valueRef();
-    if (system.evolves[u] == 0) continue;
-    if (!diagonal)
-      throw InvalidInput("the Laplacian stores no diagonal" + at_point(system.unknowns[u]));
-    system.diagonal[u] = *diagonal;
-    *diagonal += rate;
-  }
-
-  const Eigen::VectorXd& volumes =
-      laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
-  CloudOptions kept{.box = cloud.box()};
-  if (volumes.size() > 0) kept.volumes = volumes(system.unknowns);
-  system.system_points = {
-      Cloud(cloud.positions()(system.unknowns, Eigen::all), kept), system.unknowns, {}};
+  add_rate(system, rate_of(options.time_step));
+  system.system_points = unknown_points(cloud, laplacian, system.unknowns);
   for (const WallRow& wall : system.walls) system.system_points.walls.push_back(wall.unknown);
   return system;
 }

@@ -443,6 +443,16 @@ void write_vtu(const path& file, const Table& table) {
   });
 }
 
+void write_pvd(const path& file, const std::vector<std::pair<double, path>>& series) {
+  write_file(file, [&](Output& out) {
+    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n<Collection>\n";
+    for (const auto& [time, member] : series)
+      out << "<DataSet timestep=\"" << time << "\" file=\"" << escaped(member.filename().string())
+          << "\"/>\n";
+    out << "</Collection>\n</VTKFile>\n";
+  });
+}
+
 void write_matrix_market(const path& file, const SparseMatrix& matrix) {
   write_file(file, [&](Output& out) { write_entries(out, matrix); });
 }

@@ -88,6 +88,7 @@ struct LinearSolver::State {
   void set_up_auto();
   bool set_up_cholesky(const std::string& reason);
   void set_up_lu(const std::string& reason);
+  bool lu_fits(std::string& reason);
   void set_up_krylov(const std::string& reason);
   bool factorise_twin();
   void factorise_walls();
@@ -239,17 +240,23 @@ void LinearSolver::State::set_up_auto() {
   reason += ", of " + std::to_string(n) + " unknowns";
   if (!std::isnan(ratio)) reason += ", with dt nu / dx^2 = " + rounded(ratio);
   const bool easy = n > always_lu && ratio <= mild;
-  if (!easy && n <= (points.cloud.dimension() == 3 ? most_lu_3d : most_lu)) {
-    try {
-      return set_up_lu(reason);
-    } catch (const FactorTooLarge& error) {
-      reason += std::string(", and ") + error.what();
-    } catch (const std::bad_alloc&) {
-      reason += ", and memory ran out for LU";
-      lu.reset();
-    }
-  }
+  const bool small = n <= (points.cloud.dimension() == 3 ? most_lu_3d : most_lu);
+  if (!easy && small && lu_fits(reason)) return;
   set_up_krylov(reason);
+}
+
+/// Sets up LU if the memory allows; else `reason` says why not.
+bool LinearSolver::State::lu_fits(std::string& reason) {
+  try {
+    set_up_lu(reason);
+    return true;
+  } catch (const FactorTooLarge& error) {
+    reason += std::string(", and for LU ") + error.what();
+  } catch (const std::bad_alloc&) {
+    reason += ", and memory ran out for LU";
+  }
+  lu.reset();
+  return false;
 }
 
 /// Whether the matrix is positive definite.
@@ -328,9 +335,8 @@ void LinearSolver::State::correct_walls(const double* r, double* z) {
   for (std::size_t k = 0; k < points.walls.size(); ++k) z[points.walls[k]] += wall_corrections[k];
 }
 
-/// Whether there is a twin, it fits the memory and is positive definite.
+/// Whether the twin fits the memory and is positive definite.
 bool LinearSolver::State::factorise_twin() {
-  if (!points.cloud.has_volumes()) return false;
   const SparseMatrix matrix = compact_twin(A, points.cloud, points.walls, options.threads);
   try {
     if (!twin) twin.emplace(matrix, scale, elimination(matrix), options.memory, options.threads);
@@ -438,12 +444,8 @@ void LinearSolver::State::iterate_or_factorise(SolveReport& result) {
     solution = start;
     result = {};
   }
-  try {
-    set_up_lu(report.reason + ", and BiCGSTAB did not converge");
-  } catch (const FactorTooLarge&) {
-    return iterate(result, options.max_iterations);
-  }
-  solve_directly(result);
+  std::string reason = report.reason + ", and iterations did not converge";
+  lu_fits(reason) ? solve_directly(result) : iterate(result, options.max_iterations);
 }
 
 void LinearSolver::State::throw_unsolved(const SolveReport& result) const {

@@ -383,7 +383,7 @@ TEST(Solver, LuTakesOverWhereAutoDoesNotConverge) {
   Eigen::VectorXd x = b;
   solver.solve(b, x);
   EXPECT_EQ(solver.report().method, Method::Lu);
-  EXPECT_THAT(solver.report().reason, HasSubstr("BiCGSTAB did not converge"));
+  EXPECT_THAT(solver.report().reason, HasSubstr("iterations did not converge"));
   EXPECT_LT((system.matrix * x - b).norm(), 1e-8 * b.norm());
 }
 

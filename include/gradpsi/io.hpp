@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gradpsi/assemble.hpp"
@@ -60,6 +61,10 @@ void write_csv(const std::filesystem::path& file, const Table& table);
 /// positions, missing ones 0, and every other column is point data.
 /// @throws InvalidInput  if there is no column x
 void write_vtu(const std::filesystem::path& file, const Table& table);
+
+/// A ParaView collection (.pvd): files beside it, each with its time.
+void write_pvd(const std::filesystem::path& file,
+               const std::vector<std::pair<double, std::filesystem::path>>& series);
 
 /// Matrix Market, `coordinate real general`, 1-based, row by row, explicit zeros included.
 void write_matrix_market(const std::filesystem::path& file, const SparseMatrix& matrix);
