@@ -142,6 +142,17 @@ TEST(Diffusion, LinearFieldsAreSteadyWithConsistentSchemes) {
   }
 }
 
+TEST(Diffusion, WallsCostNoIterations) {
+  const Scene scene("laplacian-mixed-zoc", 2, 30);
+  const auto iterations = [&](const WallConditions& walls) {
+    ImplicitDiffusion heat(scene.cloud, scene.laplacian, {.fixed = {scene.left}, .walls = walls},
+                           {.time_step = infinity, .solver = {.method = Method::Krylov}});
+    Eigen::VectorXd u = scene.field();
+    return heat.step(u).iterations;
+  };
+  EXPECT_LT(iterations(scene.wall(1)), 2 * iterations({}) + 10);
+}
+
 TEST(Diffusion, FixedValuesStayToTheBit) {
   const Scene scene("laplacian-mixed-zoc");
   Eigen::VectorXd u = scene.field();
