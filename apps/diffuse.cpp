@@ -46,11 +46,14 @@ std::vector<int> marked(const Eigen::VectorXd& column) {
   return points;
 }
 
-/// n . grad u = flux at the points with a normal that are not fixed.
-gradpsi::WallConditions walls(const Options& options, Problem& problem,
-                              const Eigen::VectorXd& fixed) {
-  gradpsi::WallConditions walls;
-  if (options.normal.empty()) return walls;
+/// The fixed points, and those with a normal that are not fixed; their gradients are still empty.
+gradpsi::BoundaryConditions boundary(const Options& options, const Problem& problem) {
+  gradpsi::BoundaryConditions conditions;
+  auto& walls = conditions.walls;
+  Eigen::VectorXd fixed = Eigen::VectorXd::Zero(problem.cloud.size());
+  if (!options.fixed.empty()) fixed = finite_column(problem.table, options.fixed);
+  conditions.fixed.points = marked(fixed);
+  if (options.normal.empty()) return conditions;
   const int dimension = problem.cloud.dimension();
   gradpsi::Positions normals(problem.cloud.size(), dimension);
   for (int a = 0; a < dimension; ++a)
@@ -59,35 +62,41 @@ gradpsi::WallConditions walls(const Options& options, Problem& problem,
     if (fixed[i] == 0 && !normals.row(i).isZero(0)) walls.points.push_back(i);
   walls.normals = normals(walls.points, Eigen::all);
   if (!options.flux.empty()) walls.flux = finite_column(problem.table, options.flux)(walls.points);
-  gradpsi::AssemblyOptions assembly = assembly_options(options);
+  return conditions;
+}
+
+/// n . grad u = flux: the gradients at the walls' points.
+void add_gradient(const Options& options, Problem& problem, gradpsi::WallConditions& walls) {
+  if (walls.points.empty()) return;
+  gradpsi::AssemblyOptions assembly = assembly_options(options, problem.table);
   assembly.rows = walls.points;
   gradpsi::Operator gradient;
   try {
     gradient = gradpsi::assemble(options.gradient, problem.cloud, problem.near, assembly);
   } catch (const gradpsi::StencilError& error) {
     throw std::runtime_error(std::string(error.what()) +
-                             "; try a larger support, another --gradient or --on-degenerate lower");
+                             "; try a larger support, another --gradient or --on-degenerate widen");
   }
   if (const int lowered = gradient.rows.degenerate(); lowered > 0) {
     std::cout << options.gradient << ": " << lowered << " of " << walls.points.size()
-              << " rows of wall points are degenerate and lowered or zero\n";
+              << " rows of wall points are degenerate and lowered, widened or zero\n";
     problem.report["degenerate_rows"] = problem.report["degenerate_rows"].get<int>() + lowered;
   }
   walls.gradient = std::move(gradient.axes);
-  return walls;
 }
 
 gradpsi::ImplicitDiffusion diffusion(const Options& options, Problem& problem) {
   const gradpsi::Table& table = problem.table;
-  const auto n = problem.cloud.size();
+  gradpsi::BoundaryConditions conditions = boundary(options, problem);
+  // Rows that conditions take the place of need not be there.
+  std::vector<int> unused = conditions.fixed.points;
+  unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
+  assemble(options, problem, unused);
+  add_gradient(options, problem, conditions.walls);
   if (!options.conductivity.empty())
     problem.op = with_conductivity(
         std::move(problem.op), finite_column(table, options.conductivity),
         options.mean == "harmonic" ? gradpsi::Mean::Harmonic : gradpsi::Mean::Arithmetic);
-  const Eigen::VectorXd fixed = options.fixed.empty() ? Eigen::VectorXd(Eigen::VectorXd::Zero(n))
-                                                      : finite_column(table, options.fixed);
-  const gradpsi::BoundaryConditions conditions{.fixed = {marked(fixed)},
-                                               .walls = walls(options, problem, fixed)};
   gradpsi::DiffusionOptions diffusion{
       .diffusivity = options.diffusivity,
       .time_step = options.steady ? std::numeric_limits<double>::infinity() : *options.time_step,
@@ -202,7 +211,6 @@ void run(const Options& options) {
   gradpsi::Table& table = problem.table;
   Eigen::VectorXd u = finite_column(table, options.field);
   const Range before(u);
-  assemble(options, problem);
   gradpsi::ImplicitDiffusion heat = diffusion(options, problem);
 
   Series series(options);

@@ -34,14 +34,34 @@ Eigen::VectorXd supports(const OperatorOptions& options, const gradpsi::Table& t
                          const gradpsi::Cloud& cloud) {
   if (table.has("support")) return table.column("support");
   if (options.support) return Eigen::VectorXd::Constant(1, *options.support);
-  if (!options.support_ratio)
+  const auto ratio =
+      options.support_ratio ? options.support_ratio : gradpsi::support_ratio(options.scheme);
+  if (!ratio)
     throw InvalidInput(options.points.string() +
                        " has no column 'support': give --support or --support-ratio");
-  if (!(*options.support_ratio > 0 && std::isfinite(*options.support_ratio)))
-    throw InvalidInput("--support-ratio must be > 0 and finite, not " +
-                       text(*options.support_ratio));
+  if (!(*ratio > 0 && std::isfinite(*ratio)))
+    throw InvalidInput("--support-ratio must be > 0 and finite, not " + text(*ratio));
   if (cloud.size() == 0) return {};  // no rows, no supports
-  return Eigen::VectorXd::Constant(1, *options.support_ratio * cloud.spacing(options.threads));
+  return Eigen::VectorXd::Constant(1, *ratio * cloud.spacing(options.threads));
+}
+
+/// Rows that did not come about as asked: how many of each kind, and which.
+nlohmann::ordered_json degenerate_rows(const gradpsi::RowReport& rows) {
+  nlohmann::ordered_json result = {{"lowered", 0}, {"widened", 0}, {"zero", 0}};
+  auto list = nlohmann::ordered_json::array();
+  for (int i = 0; i < static_cast<int>(rows.outcome.size()); ++i) {
+    if (rows.outcome[i] == gradpsi::RowOutcome::AsAsked) continue;
+    const std::string outcome(name(rows.outcome[i]));
+    result[outcome] = result[outcome].get<int>() + 1;
+    list.push_back({{"point", i},
+                    {"outcome", outcome},
+                    {"degree", rows.degree[i]},
+                    {"neighbours", rows.neighbours[i]},
+                    {"support", rows.supports[i]},
+                    {"reciprocal_condition", rows.reciprocal_condition[i]}});
+  }
+  result["rows"] = std::move(list);
+  return result;
 }
 
 nlohmann::ordered_json neighbour_counts(const gradpsi::Neighbours& near) {
@@ -101,7 +121,7 @@ void OperatorOptions::add_to(CLI::App& command) {
       .add_option("--support-ratio", support_ratio,
                   "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
                   "volumes the median distance to the nearest point. A column `support`, one h a\n"
-                  "point, goes before either")
+                  "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
       ->type_name("K")
       ->excludes(absolute);
   std::string names;
@@ -122,12 +142,12 @@ void OperatorOptions::add_to(CLI::App& command) {
           "that direction. Points outside stand for their image")
       ->type_name("LX[,LY[,LZ]]");
   command
-      .add_option("--on-degenerate", on_degenerate,
-                  "Rows whose moment system cannot be solved: fail, lower their consistency, or\n"
-                  "leave them zero")
+      .add_option(
+          "--on-degenerate", on_degenerate,
+          "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
+          "to three times, or leave them zero [fail; widen where no support is given]")
       ->type_name("POLICY")
-      ->check(CLI::IsMember({"fail", "lower", "zero"}))
-      ->capture_default_str();
+      ->check(CLI::IsMember({"fail", "lower", "widen", "zero"}));
   command
       .add_option("--duplicates", duplicates,
                   "Coincident points: error, or drop all but the first of each group")
@@ -164,31 +184,59 @@ Problem read_points(const OperatorOptions& options) {
   return {std::move(table), std::move(cloud), {}, {}, std::move(report)};
 }
 
-gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options) {
+gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
+                                          const gradpsi::Table& table) {
+  using gradpsi::OnDegenerate;
+  const bool given = options.support || options.support_ratio || table.has("support");
+  const std::string policy = options.on_degenerate.value_or(given ? "fail" : "widen");
   return {.kernel = gradpsi::kernel(options.kernel),
-          .on_degenerate = options.on_degenerate == "fail"    ? gradpsi::OnDegenerate::Fail
-                           : options.on_degenerate == "lower" ? gradpsi::OnDegenerate::Lower
-                                                              : gradpsi::OnDegenerate::Zero,
+          .on_degenerate = policy == "fail"    ? OnDegenerate::Fail
+                           : policy == "lower" ? OnDegenerate::Lower
+                           : policy == "widen" ? OnDegenerate::Widen
+                                               : OnDegenerate::Zero,
           .threads = options.threads};
 }
 
-void assemble(const OperatorOptions& options, Problem& problem) {
-  const gradpsi::AssemblyOptions assembly = assembly_options(options);
+namespace {
+
+/// Assembles, and fails for degenerate rows that are of use.
+gradpsi::Operator assembled(const gradpsi::Scheme& scheme, const Problem& problem,
+                            gradpsi::AssemblyOptions options, const std::vector<int>& unused) {
+  if (options.on_degenerate != gradpsi::OnDegenerate::Fail || unused.empty())
+    return gradpsi::assemble(scheme, problem.cloud, problem.near, options);
+  options.on_degenerate = gradpsi::OnDegenerate::Zero;
+  gradpsi::Operator op = gradpsi::assemble(scheme, problem.cloud, problem.near, options);
+  std::vector<char> used(problem.cloud.size(), true);
+  for (const int i : unused) used[i] = false;
+  options.on_degenerate = gradpsi::OnDegenerate::Fail;
+  options.rows.emplace();
+  for (int i = 0; i < problem.cloud.size(); ++i)
+    if (used[i] && op.rows.outcome[i] == gradpsi::RowOutcome::Zero) options.rows->push_back(i);
+  gradpsi::assemble(scheme, problem.cloud, problem.near, options);  // throws if there are any
+  return op;
+}
+
+}  // namespace
+
+void assemble(const OperatorOptions& options, Problem& problem, const std::vector<int>& unused) {
+  const gradpsi::AssemblyOptions assembly = assembly_options(options, problem.table);
   Stopwatch watch;
   const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   problem.report["seconds"]["search"] = watch.lap();
   try {
-    problem.op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
+    problem.op = assembled(options.scheme, problem, assembly, unused);
   } catch (const gradpsi::StencilError& error) {
     std::string message = error.what();
     if (problem.report["dropped_points"] > 0) message += " (dropped points are not counted)";
-    throw std::runtime_error(message + "; try a larger support or --on-degenerate lower");
+    throw std::runtime_error(message + "; try a larger support or --on-degenerate widen");
   }
   problem.report["seconds"]["weights"] = watch.lap();
   problem.report["entries"] = problem.op.matrix().nonZeros();
   problem.report["neighbours"] = neighbour_counts(problem.near);
   problem.report["degenerate_rows"] = problem.op.rows.degenerate();
+  if (problem.op.rows.degenerate() > 0)
+    problem.report["degenerate"] = degenerate_rows(problem.op.rows);
 }
 
 Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& name) {
@@ -267,15 +315,13 @@ bool write_and_report(const OperatorOptions& options, Problem& problem,
     std::cout << "smallest reciprocal condition number " << least << ", at point " << worst << '\n';
   }
   if (rows.degenerate() > 0) {
-    using gradpsi::RowOutcome;
-    const auto count = [&](RowOutcome o) { return std::ranges::count(rows.outcome, o); };
-    std::cout << "degenerate rows: " << rows.degenerate() << ", of them "
-              << count(RowOutcome::LoweredToFoc) << " lowered to foc, "
-              << count(RowOutcome::LoweredToZoc) << " lowered to zoc, " << count(RowOutcome::Zero)
-              << " zero; points";
+    const auto& degenerate = report["degenerate"];
+    std::cout << "degenerate rows: " << rows.degenerate() << ", of them " << degenerate["lowered"]
+              << " lowered in consistency, " << degenerate["widened"] << " widened, "
+              << degenerate["zero"] << " zero; points";
     int listed = 0;
-    for (std::size_t i = 0; i < rows.outcome.size() && listed < 10; ++i)
-      if (rows.outcome[i] != RowOutcome::AsAsked) std::cout << ' ' << i, ++listed;
+    for (std::size_t i = 0; i < degenerate["rows"].size() && listed < 10; ++i, ++listed)
+      std::cout << ' ' << degenerate["rows"][i]["point"];
     std::cout << (listed < rows.degenerate() ? " ...\n" : "\n");
   }
   return true;

@@ -17,7 +17,7 @@ struct OperatorOptions {
   std::optional<double> support, support_ratio, volume;
   std::string kernel = std::string(gradpsi::kernels().front().name);
   std::array<double, 3> periodic = {0, 0, 0};
-  std::string on_degenerate = "fail";
+  std::optional<std::string> on_degenerate;
   std::string duplicates = "error";
   int threads = 0;
   std::filesystem::path report;
@@ -34,14 +34,18 @@ struct Problem {
   nlohmann::ordered_json report;  ///< what --report writes
 };
 
-/// Kernel, policy for degenerate rows and threads.
-gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options);
+/// Kernel, policy for degenerate rows and threads. Without a policy such rows are an error, unless the
+/// support is the scheme's own: then they are widened.
+gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
+                                          const gradpsi::Table& table);
 
 /// Reads the points; neighbours and operator are still empty.
 Problem read_points(const OperatorOptions& options);
 
-/// Finds the neighbours and assembles the operator.
-void assemble(const OperatorOptions& options, Problem& problem);
+/// Finds the neighbours and assembles the operator. Rows of `unused` points are left zero where the
+/// policy is to fail.
+void assemble(const OperatorOptions& options, Problem& problem,
+              const std::vector<int>& unused = {});
 
 /// A number as the terminal shows it, six digits.
 std::string text(double x);

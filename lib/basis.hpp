@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <utility>
 
 namespace gradpsi {
 
@@ -23,9 +25,15 @@ class Buffer {
 // and tested with. fill() puts their `size` components for all neighbours into the columns of t;
 // s is n x D, q n x 1.
 
+/// The number of monomials of degree 1 to P in D dimensions.
+template <int D, int P>
+inline constexpr int monomial_count = (monomial_count<D - 1, P> + 1) * (D + P) / D - 1;
+template <int P>
+inline constexpr int monomial_count<1, P> = P;
+
 /// The number of monomials of degree 1 and 2: d + d(d+1)/2.
 template <int D>
-inline constexpr int quadratic_size = D*(D + 3) / 2;
+inline constexpr int quadratic_size = monomial_count<D, 2>;
 
 /// Where a quadratic basis holds s_a^2; the upper triangle of s s^T is stored row by row.
 template <int D>
@@ -40,24 +48,32 @@ struct Constant {
   static void fill(const Columns&, const Columns&, Columns t) { t.setOnes(); }
 };
 
+/// All monomials of degree 1 to P, degree by degree: s, then s_a s_b for a <= b, and so on.
+template <int D, int P>
+struct Monomials {
+  static constexpr int size = monomial_count<D, P>;
+  static void fill(const Columns& s, const Columns&, Columns t) {
+    t.template leftCols<D>() = s;
+    // Those of the last degree whose factors are s_a or later ones begin at first[a].
+    std::array<int, D> first;
+    for (int a = 0; a < D; ++a) first[a] = a;
+    for (int column = D; column < size;) {
+      const int end = column;
+      for (int a = 0; a < D; ++a) {
+        const int begin = std::exchange(first[a], column);
+        for (int k = begin; k < end; ++k) t.col(column++) = s.col(a) * t.col(k);
+      }
+    }
+  }
+};
+
 /// s
 template <int D>
-struct Linear {
-  static constexpr int size = D;
-  static void fill(const Columns& s, const Columns&, Columns t) { t = s; }
-};
+using Linear = Monomials<D, 1>;
 
 /// p(r) of the schemes: s, then s_a s_b for a <= b.
 template <int D>
-struct Quadratic {
-  static constexpr int size = quadratic_size<D>;
-  static void fill(const Columns& s, const Columns&, Columns t) {
-    t.template leftCols<D>() = s;
-    int column = D;
-    for (int a = 0; a < D; ++a)
-      for (int b = a; b < D; ++b) t.col(column++) = s.col(a) * s.col(b);
-  }
-};
+using Quadratic = Monomials<D, 2>;
 
 /// t of Table II: s, then e_a e_b for a <= b, e = s / q.
 template <int D>

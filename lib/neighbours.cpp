@@ -16,6 +16,7 @@
 #include "median.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
+#include "search.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
@@ -383,6 +384,36 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
 }
 
 template <int D>
+Neighbours around(const Cloud& cloud, const std::vector<int>& points,
+                  const Eigen::VectorXd& supports, int threads) {
+  const int count = static_cast<int>(points.size());
+  Neighbours near{Eigen::VectorXi::Zero(count + 1), {}, supports};
+  if (count == 0) return near;
+  const Tree<D> tree(cloud, supports.maxCoeff());
+  std::vector<int> place(cloud.size());  // in tree order
+  for (int k = 0; k < tree.size(); ++k) place[tree.number(k)] = k;
+
+  std::vector<std::vector<int>> rows(count);
+  parallel_chunks(count, 16, threads, [&, search = LeafSearch<D>()](int begin, int end) mutable {
+    for (int k = begin; k < end; ++k) {
+      const int at = place[points[k]];
+      const double support = tree.to_units(supports[k]);
+      search.gather(tree, {at, at + 1}, support);
+      search.append(points[k], tree.point(at), support, rows[k]);
+    }
+  });
+  double entries = 0;
+  for (const auto& row : rows) entries += static_cast<double>(row.size());
+  check_entries(entries, cloud, supports.maxCoeff());
+  near.indices.resize(static_cast<Eigen::Index>(entries));
+  for (int k = 0; k < count; ++k) {
+    std::ranges::copy(rows[k], near.indices.data() + near.offsets[k]);
+    near.offsets[k + 1] = near.offsets[k] + static_cast<int>(rows[k].size());
+  }
+  return near;
+}
+
+template <int D>
 Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
   Eigen::VectorXd distance(cloud.size());
   if (cloud.size() == 0) return distance;
@@ -413,6 +444,13 @@ Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, 
 
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
   return find_neighbours(cloud, Eigen::VectorXd::Constant(1, support), threads);
+}
+
+Neighbours neighbours_around(const Cloud& cloud, const std::vector<int>& points,
+                             const Eigen::VectorXd& supports, int threads) {
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return around<decltype(d)::value>(cloud, points, supports, threads);
+  });
 }
 
 Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {

@@ -98,13 +98,13 @@ TEST_P(Consistent, IsSymmetricAfterScalingByVolumeIfItsTableSaysSo) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Consistency, Consistent, all_schemes_and_dimensions(), case_name);
+INSTANTIATE_TEST_SUITE_P(Consistency, Consistent, compact_schemes_and_dimensions(), case_name);
 INSTANTIATE_TEST_SUITE_P(Consistency, FirstOrder,
-                         testing::Combine(testing::ValuesIn(schemes_from(Consistency::Foc)),
+                         testing::Combine(testing::ValuesIn(compact_schemes(1)),
                                           testing::Values(1, 2, 3)),
                          case_name);
 INSTANTIATE_TEST_SUITE_P(Consistency, SecondOrder,
-                         testing::Combine(testing::ValuesIn(schemes_from(Consistency::Soc)),
+                         testing::Combine(testing::ValuesIn(compact_schemes(2)),
                                           testing::Values(1, 2, 3)),
                          case_name);
 
@@ -131,7 +131,8 @@ TEST(PeriodicLattice, EveryRowHasTheSameEntries) {
       for (int a = 0, unit = 1; a < d; ++a, unit *= m) j += (i / unit + step) % m * unit;
       return j;
     };
-    for (const Scheme& scheme : schemes())
+    for (const Scheme& scheme : schemes()) {
+      if (degree(scheme) > 2) continue;
       for (const SparseMatrix& matrix : assemble(scheme, cloud, near).axes) {
         const double tolerance = 1e-11 * matrix.coeffs().abs().maxCoeff();
         for (int i = 0; i < cloud.size(); i += 5)
@@ -139,6 +140,7 @@ TEST(PeriodicLattice, EveryRowHasTheSameEntries) {
             ASSERT_NEAR(matrix.coeff(shifted(i, 3), shifted(j, 3)), matrix.coeff(i, j), tolerance)
                 << name(scheme) << " " << d << "D";
       }
+    }
   }
 }
 
@@ -162,8 +164,7 @@ TEST(PeriodicLattice, UncorrectedMixedLaplacianConvergesInTheLatticesLimit) {
 
 TEST(PeriodicLattice, SecondOrderLaplaciansConvergeWithOrderTwo) {
   for (const Scheme& scheme : schemes()) {
-    if (scheme.derivative != Derivative::Laplacian || scheme.consistency != Consistency::Soc)
-      continue;
+    if (scheme.derivative != Derivative::Laplacian || degree(scheme) != 2) continue;
     for (const int d : {1, 2}) {
       const double ratio = periodic_error(scheme, d, 24, 2.5) / periodic_error(scheme, d, 48, 2.5);
       EXPECT_NEAR(std::log2(ratio), 2, 0.05) << name(scheme);

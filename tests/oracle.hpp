@@ -12,7 +12,7 @@ struct OracleRow {
   double reciprocal_condition;  // of the moment system in units of h, 1-norm; 1 for zoc
 };
 
-/// Row i of a scheme, by the letter of its definition: in lengths, not scaled; in long double, with a
+/// Row i of a scheme of at most second order, not positive, by the letter of its definition: in lengths, not scaled; in long double, with a
 /// rank-revealing solver; every pair of points looked at, in a periodic box its nearest image.
 inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
                             const Kernel& kernel) {
@@ -22,8 +22,9 @@ inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, 
   const int d = cloud.dimension();
   const int m = d + d * (d + 1) / 2;
   const bool gradient = scheme.derivative == Derivative::Gradient;
-  const bool foc = scheme.consistency == Consistency::Foc;
-  const int unknowns = foc ? d : m;
+  const int unknowns = degree(scheme) == 1 ? d : m;
+  // Whether weights and conditions are made of the same monomials.
+  const bool symmetric = gradient || scheme.consistency != Consistency::Soc;
 
   const auto r_ij = [&](int j) -> Vector {
     Vector r = (cloud.positions().row(j) - cloud.positions().row(i)).transpose().cast<Real>();
@@ -38,6 +39,8 @@ inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, 
       case Weight::Diffuse: return (gradient ? d : 2 * d) * k.w / (r * r);
       case Weight::DiffuseNs: return (gradient ? 1 : 2) * k.w / r;
       case Weight::Mixed: return -2 * k.dw_over_r;
+      case Weight::Kernel: return k.w;
+      case Weight::Distance: break;
     }
     return 0;
   };
@@ -61,7 +64,7 @@ inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, 
   for (int j = 0; j < cloud.size(); ++j)
     if (j != i && r_ij(j).norm() < h) near.push_back(j);
   const auto trial = [&](const Vector& r) {
-    return monomials(r, gradient ? Real(1) : r.squaredNorm());
+    return monomials(r, symmetric ? Real(1) : r.squaredNorm());
   };
   for (const int j : near) {
     const Vector r = r_ij(j);
@@ -84,7 +87,7 @@ inline OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, 
   Vector p_unit = Vector::Ones(unknowns), t_unit = Vector::Ones(unknowns);
   for (int k = 0; k < unknowns; ++k) {
     p_unit[k] = k < d ? h : h * h;
-    t_unit[k] = k < d ? h : gradient ? h * h : 1;
+    t_unit[k] = k < d ? h : symmetric ? h * h : 1;
   }
   const Matrix scaled = p_unit.cwiseInverse().asDiagonal() * M * t_unit.cwiseInverse().asDiagonal();
   const auto norm = [](const Matrix& A) { return A.cwiseAbs().colwise().sum().maxCoeff(); };

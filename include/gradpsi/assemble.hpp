@@ -2,6 +2,7 @@
 
 #include <Eigen/SparseCore>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
@@ -15,16 +16,22 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
 /// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
 /// unknowns, neighbours on a line, circle or other quadric, reciprocal condition number below
-/// `singular_below`), that has no neighbour at all, or that would hold a number that is not finite.
+/// `singular_below`), that has no positive stencil if it is to be one, that has no neighbour at all, or
+/// that would hold a number that is not finite.
 enum class OnDegenerate {
   Fail,   ///< throw StencilError
-  Lower,  ///< use the next lower consistency that can be solved, soc -> foc -> zoc; at last, zero
+  Lower,  ///< use the next lower consistency that can be solved; at last, zero
+  Widen,  ///< enlarge the support by a fifth until the row can be solved; beyond `widest`, zero
   Zero    ///< leave the row zero
 };
 
 /// A moment system with a smaller reciprocal condition number (1-norm, scaled by h) counts as
-/// singular: less than two digits of its solution would be right.
+/// singular: less than two digits of its solution would be right. The systems of least squares are
+/// judged after scaling their diagonal to 1, which takes the degree out of the condition.
 inline constexpr double singular_below = 1e-14;
+
+/// OnDegenerate::Widen goes up to this many times the support (in periodic boxes half a box at most).
+inline constexpr double widest = 3;
 
 struct AssemblyOptions {
   Kernel kernel = kernels().front();
@@ -35,15 +42,19 @@ struct AssemblyOptions {
 };
 
 /// What was done with a row.
-enum class RowOutcome : unsigned char { AsAsked, LoweredToFoc, LoweredToZoc, Zero };
+enum class RowOutcome : unsigned char { AsAsked, Lowered, Widened, Zero };
+std::string_view name(RowOutcome outcome);  ///< "as-asked", "lowered", "widened", "zero"
 
 /// How each assembled row came about; entry k belongs to row k of the matrices.
 struct RowReport {
-  Eigen::VectorXi neighbours;  ///< without the point itself
-  /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the moment system M asked for, in units of h: 0 if it
-  /// has too few neighbours or broke down; 1 for zoc, which has no system, if there are neighbours.
+  Eigen::VectorXi neighbours;  ///< in the support used, without the point itself
+  Eigen::VectorXd supports;    ///< used: that of the neighbours, or what it was widened to
+  /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the row's moment system M at the consistency asked for,
+  /// in units of h: 0 if it has too few neighbours or broke down; 1 for zoc, which has no system, if
+  /// there are neighbours; of a positive stencil's few equations.
   Eigen::VectorXd reciprocal_condition;
   std::vector<RowOutcome> outcome;
+  Eigen::VectorXi degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
 
   int degenerate() const;  ///< rows whose outcome is not AsAsked
 };
@@ -61,15 +72,17 @@ struct Operator {
 ///
 /// Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i), G_ij or psi_ij of Scheme; the diagonal is
 /// minus the sum of the others, so rows sum to zero. Each matrix is n x n (options.rows: m x n),
-/// compressed, columns ascending, with the pattern of `near` plus the diagonal. Gradient entries are
-/// 1/length, Laplacian entries 1/length^2.
+/// compressed, columns ascending, with the pattern of `near` plus the diagonal; widened rows have
+/// more entries, positive stencils only those that are not zero. Gradient entries are 1/length,
+/// Laplacian entries 1/length^2.
 ///
 /// Signs and symmetry: with one support, zoc Laplacians are symmetric after scaling by volume (see
 /// symmetry()) and, but for direct, negative semi-definite. Corrected matrices are neither symmetric
-/// nor definite, and near surfaces their diagonals may have either sign.
+/// nor definite, and near surfaces their diagonals may have either sign, but for positive stencils:
+/// minus that matrix is an M-matrix.
 ///
 /// Without volumes in the cloud, number_density_volumes() are used.
-/// Cost: O(d^4) per neighbour and O(d^6) per row at second-order consistency.
+/// Cost, with m = unknowns(scheme, d): O(m^2) per neighbour and O(m^3) per row.
 ///
 /// @throws InvalidInput  if `scheme` is not one of schemes(), sizes disagree, a row or the number of
 ///   threads is out of range, or there would be more than 2^31 - 1 entries

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <concepts>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,20 +15,46 @@ enum class Weight {
   Direct,     ///< gradient -W'/r, Laplacian W'' + (d-1) W'/r
   Diffuse,    ///< gradient d W/r^2, Laplacian 2d W/r^2
   DiffuseNs,  ///< gradient W/r, Laplacian 2 W/r; without correction a power of length is missing
-  Mixed       ///< Laplacian -2 W'/r
+  Mixed,      ///< Laplacian -2 W'/r
+  Kernel,     ///< W: the least-squares schemes of any degree; not part of their names
+  Distance    ///< no phi but a cost, (r/h)^5: the positive Laplacian; not part of its name
 };
 
-/// Consistency of zeroth, first (gradients only) or second order: exact on polynomials of that degree.
-enum class Consistency { Zoc, Foc, Soc };
+/// What a row promises, and how: see Scheme and degree().
+enum class Consistency {
+  Zoc,       ///< row sums are zero
+  Foc,       ///< first order, gradients only
+  Soc,       ///< second order
+  SocLs,     ///< second order, Laplacians only: of all weights those of least sum psi^2 / (omega phi)
+  Positive,  ///< second order, Laplacians only: no weight negative, least sum (r/h)^5 psi
+  Ls1,       ///< exact on polynomials of degree 1 to 6, by least squares; Laplacians from 2 on
+  Ls2,
+  Ls3,
+  Ls4,
+  Ls5,
+  Ls6
+};
 
-/// One of the seventeen schemes of Tables I and II in R. Fatehi, "A new classification and convergence
-/// study of SPH-like first and second spatial derivatives schemes":
+/// A derivative as weighted sums over the neighbours: one row of the table schemes().
 ///
-///     (grad u)_i = sum_j G_ij (u_j - u_i),     G_ij   = omega_j phi(r) (C0_i r_ij + C1_i : r_ij r_ij)
-///     (lap u)_i  = sum_j psi_ij (u_j - u_i),   psi_ij = omega_j phi(r) (C0_i : e_ij e_ij + C1_i . r_ij)
+///     (grad u)_i = sum_j G_ij (u_j - u_i),     (lap u)_i  = sum_j psi_ij (u_j - u_i)
 ///
-/// with r_ij = x_j - x_i, r = |r_ij|, e_ij = r_ij / r. C0 and C1 are what meets the conditions() of the
-/// row; without any (zoc) the brackets are r_ij and 1.
+/// with r_ij = x_j - x_i, r = |r_ij|, e_ij = r_ij / r. The seventeen schemes of Tables I and II in
+/// R. Fatehi, "A new classification and convergence study of SPH-like first and second spatial
+/// derivatives schemes", have
+///
+///     G_ij   = omega_j phi(r) (C0_i r_ij + C1_i : r_ij r_ij)
+///     psi_ij = omega_j phi(r) (C0_i : e_ij e_ij + C1_i . r_ij)
+///
+/// C0 and C1 being what meets the conditions() of the row; without any (zoc) the brackets are r_ij and
+/// 1. Their second-order Laplacians turn nearly singular for one-sided neighbourhoods. Those that
+/// follow do not:
+///
+///     soc-ls, ls-P   a_ij = omega_j phi(r) c_i . p(r_ij), p the monomials up to the degree: of all
+///                    weights that meet the conditions, those with the least sum a^2 / (omega phi)
+///     positive       psi_ij >= 0 with the least sum (r/h)^5 psi_ij, at most d(d+3)/2 of them not zero
+///                    (B. Seibold, "Minimal positive stencils in meshfree finite difference methods for
+///                    the Poisson equation"); one-sided neighbourhoods have none
 struct Scheme {
   Derivative derivative;
   Weight weight;
@@ -47,14 +74,30 @@ struct Scheme {
   static Scheme from_name(std::string_view name);
 };
 
-/// All schemes: 9 gradients, then 8 Laplacians, in the order of Tables I and II.
+/// All schemes: those of Tables I and II, 9 gradients, then 8 Laplacians, and those that follow them.
 std::span<const Scheme> schemes();
 
-std::string_view name(Derivative derivative);    ///< "gradient", "laplacian"
-std::string_view name(Weight weight);            ///< "direct", "diffuse", "diffuse-ns", "mixed"
-std::string_view name(Consistency consistency);  ///< "zoc", "foc", "soc"
+/// The seventeen of Tables I and II, the first of schemes().
+std::span<const Scheme> classified_schemes();
 
-/// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc".
+/// The degree of the polynomials that every row differentiates exactly, 0 to 6; for Laplacians 0 means
+/// no more than that constants have none.
+int degree(const Scheme& scheme);
+
+/// The number of conditions on a row's weights, unknowns of its moment system: the monomials of degree 1
+/// to degree(scheme) in d dimensions, binomial(d + P, P) - 1.
+int unknowns(const Scheme& scheme, int dimension);
+
+/// The support that a scheme brings along, as a multiple of the spacing. ls-P: P + 1/2, at least 2, what
+/// the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
+std::optional<double> support_ratio(const Scheme& scheme);
+
+std::string_view name(Derivative derivative);    ///< "gradient", "laplacian"
+std::string_view name(Weight weight);            ///< "direct", "diffuse", ..., "kernel", "distance"
+std::string_view name(Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls-1"...
+
+/// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3"
+/// and "positive" stand without a weight.
 std::string name(const Scheme& scheme);
 
 /// G_ij or psi_ij in plain text, with this scheme's phi(r) written out.

@@ -1,0 +1,242 @@
+// The schemes of any degree, ls-P, and least squares with the weights of the tables, soc-ls.
+
+#include <Eigen/QR>
+#include <cmath>
+#include <tuple>
+
+#include "clouds.hpp"
+
+namespace gradpsi {
+namespace {
+
+class LeastSquares : public testing::TestWithParam<SchemeAndDimension> {
+ protected:
+  const Scheme& scheme() const { return std::get<0>(GetParam()); }
+  int dimension() const { return std::get<1>(GetParam()); }
+  /// On the unit interval, square or cube, corners included.
+  Operator assembled(const Cloud& cloud) const {
+    const double ratio = support_ratio(scheme()).value_or(2.5);
+    return assemble(scheme(), cloud, find_neighbours(cloud, ratio * cloud.spacing()),
+                    {.on_degenerate = OnDegenerate::Widen});
+  }
+  Cloud cloud(double jitter, std::uint64_t seed) const {
+    const int side = dimension() == 1 ? 40 : dimension() == 2 ? 14 : 8;
+    return make_cloud(
+        Lattice{.dimension = dimension(), .points_per_side = side, .jitter = jitter, .seed = seed});
+  }
+};
+
+/// All exponents in d dimensions that add up to `total`.
+std::vector<Eigen::VectorXi> exponents(int d, int total) {
+  if (d == 1) return {Eigen::VectorXi::Constant(1, total)};
+  std::vector<Eigen::VectorXi> all;
+  for (int first = 0; first <= total; ++first)
+    for (const Eigen::VectorXi& rest : exponents(d - 1, total - first)) {
+      all.emplace_back(d);
+      all.back() << first, rest;
+    }
+  return all;
+}
+
+double monomial(const Eigen::VectorXd& r, const Eigen::VectorXi& exponent) {
+  double product = 1;
+  for (Eigen::Index a = 0; a < r.size(); ++a) product *= std::pow(r[a], exponent[a]);
+  return product;
+}
+
+// To rounding, whatever the condition number: up to 1e12 at degree 6.
+TEST_P(LeastSquares, IsExactOnPolynomialsOfItsDegree) {
+  const bool gradient = scheme().derivative == Derivative::Gradient;
+  for (const double jitter : {0.0, 0.2, 0.4}) {
+    const Cloud cloud = this->cloud(jitter, 3);
+    const Operator op = assembled(cloud);
+    for (std::size_t axis = 0; axis < op.axes.size(); ++axis)
+      for (int i = 0; i < cloud.size(); i += dimension() == 3 ? 7 : 1)
+        for (int total = 1; total <= degree(scheme()); ++total)
+          for (const Eigen::VectorXi& exponent : exponents(dimension(), total)) {
+            double sum = 0, size = 0;
+            for (SparseMatrix::InnerIterator a(op.axes[axis], i); a; ++a) {
+              const Eigen::VectorXd r =
+                  (cloud.positions().row(a.col()) - cloud.positions().row(i)).transpose();
+              sum += a.value() * monomial(r, exponent);
+              size += std::abs(a.value()) * std::pow(r.norm(), total);
+            }
+            const double expected =
+                gradient ? total == 1 && exponent[static_cast<Eigen::Index>(axis)] == 1
+                         : 2 * (total == 2 && exponent.maxCoeff() == 2);
+            ASSERT_NEAR(sum, expected, 1e-11 * size)
+                << "row " << i << ", exponents " << exponent.transpose();
+          }
+  }
+}
+
+// Least sum a^2 / w: adding a field of weights that changes no condition can only increase it, so the
+// optimum is orthogonal to all such fields; a / w is a polynomial of that degree in the displacement.
+TEST_P(LeastSquares, WeightsAreThePolynomialTimesTheWeightFunction) {
+  const Cloud cloud = this->cloud(0.2, 5);
+  const Operator op = assembled(cloud);
+  const int m = unknowns(scheme(), dimension());
+  const int i = cloud.size() / 2 + 1;
+  const double h = op.rows.supports[i];
+  Eigen::MatrixXd P(op.rows.neighbours[i], m);
+  Eigen::VectorXd ratio(P.rows());
+  int row = 0;
+  for (SparseMatrix::InnerIterator a(op.axes[0], i); a; ++a) {
+    if (a.col() == i) continue;
+    const Eigen::VectorXd r =
+        (cloud.positions().row(a.col()) - cloud.positions().row(i)).transpose();
+    const KernelValue k = evaluate(kernels().front(), dimension(), h, r.norm());
+    const double phi = scheme().weight == Weight::Kernel    ? k.w
+                       : scheme().weight == Weight::Diffuse ? k.w / r.squaredNorm()
+                       : scheme().weight == Weight::Mixed   ? -k.dw_over_r
+                                                            : k.w / r.norm();
+    ratio[row] = a.value() / phi;
+    int column = 0;
+    for (int total = 1; total <= degree(scheme()); ++total)
+      for (const auto& exponent : exponents(dimension(), total))
+        P(row, column++) = monomial(r / h, exponent);
+    ++row;
+  }
+  const Eigen::VectorXd c = P.colPivHouseholderQr().solve(ratio);
+  // Neighbours where phi has almost vanished say little; the others agree.
+  EXPECT_LT((P * c - ratio).norm(), 1e-8 * ratio.norm());
+}
+
+std::vector<Scheme> least_squares_schemes() {
+  std::vector<Scheme> chosen;
+  for (const Scheme& scheme : schemes())
+    if (scheme.weight == Weight::Kernel || scheme.consistency == Consistency::SocLs)
+      chosen.push_back(scheme);
+  return chosen;
+}
+
+INSTANTIATE_TEST_SUITE_P(AnyDegree, LeastSquares,
+                         testing::Combine(testing::ValuesIn(least_squares_schemes()),
+                                          testing::Values(1, 2)),
+                         case_name);
+
+std::vector<Scheme> up_to_degree_four() {
+  auto chosen = least_squares_schemes();
+  std::erase_if(chosen, [](const Scheme& s) { return degree(s) > 4; });
+  return chosen;
+}
+INSTANTIATE_TEST_SUITE_P(UpToFour, LeastSquares,
+                         testing::Combine(testing::ValuesIn(up_to_degree_four()),
+                                          testing::Values(3)),
+                         case_name);
+
+/// L2 error of the derivative of sin(3x) cos(2y) on the jittered unit square, boundary included.
+double error(const Scheme& scheme, int points_per_side) {
+  const Cloud cloud = make_cloud(
+      Lattice{.dimension = 2, .points_per_side = points_per_side, .jitter = 0.2, .seed = 11});
+  const Eigen::ArrayXd x = cloud.positions().col(0), y = cloud.positions().col(1);
+  const Eigen::ArrayXd u = (3 * x).sin() * (2 * y).cos();
+  const bool gradient = scheme.derivative == Derivative::Gradient;
+  const Eigen::ArrayXd exact =
+      gradient ? Eigen::ArrayXd(3 * (3 * x).cos() * (2 * y).cos()) : Eigen::ArrayXd(-13 * u);
+  const auto near = find_neighbours(cloud, *support_ratio(scheme) * cloud.spacing());
+  const Operator op = assemble(scheme, cloud, near, {.on_degenerate = OnDegenerate::Widen});
+  return std::sqrt((op.matrix() * u.matrix() - exact.matrix()).squaredNorm() / cloud.size());
+}
+
+// With all conditions up to degree P the error of a derivative of order k falls like dx^(P + 1 - k).
+TEST(LeastSquaresOrder, GrowsWithTheDegree) {
+  for (const Scheme& scheme : schemes()) {
+    if (scheme.weight != Weight::Kernel || degree(scheme) > 5) continue;  // beyond: rounding
+    const double order = std::log2(error(scheme, 24) / error(scheme, 48));
+    const int k = scheme.derivative == Derivative::Gradient ? 1 : 2;
+    EXPECT_NEAR(order, degree(scheme) + 1 - k, 0.7) << name(scheme);
+  }
+}
+
+// A corner of a lattice offers three points a side where degree 4 needs five.
+TEST(Widen, CornersGetTheSupportTheyNeed) {
+  const Cloud cloud = make_cloud(Lattice{.dimension = 2, .points_per_side = 12, .jitter = 0.1});
+  const double h = 3.4 * cloud.spacing();
+  const Neighbours near = find_neighbours(cloud, h);
+  EXPECT_THROW(assemble("laplacian-ls-4", cloud, near), StencilError);
+  const Operator op =
+      assemble("laplacian-ls-4", cloud, near, {.on_degenerate = OnDegenerate::Widen});
+  int widened = 0;
+  for (int i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(op.rows.degree[i], 4);
+    EXPECT_EQ(op.matrix().row(i).nonZeros(), op.rows.neighbours[i] + 1);
+    if (op.rows.outcome[i] == RowOutcome::AsAsked) {
+      EXPECT_EQ(op.rows.supports[i], h);
+      EXPECT_EQ(op.rows.neighbours[i], near.count(i));
+      continue;
+    }
+    ++widened;
+    EXPECT_EQ(op.rows.outcome[i], RowOutcome::Widened);
+    EXPECT_GT(op.rows.supports[i], h);
+    // The row is the one that its support gives to begin with.
+    const Operator alone =
+        assemble("laplacian-ls-4", cloud, find_neighbours(cloud, op.rows.supports[i]),
+                 {.rows = std::vector<int>{i}});
+    EXPECT_EQ(Eigen::RowVectorXd(op.matrix().row(i)), Eigen::RowVectorXd(alone.matrix().row(0)));
+    EXPECT_EQ(op.rows.reciprocal_condition[i], alone.rows.reciprocal_condition[0]);
+  }
+  EXPECT_EQ(widened, op.rows.degenerate());
+  EXPECT_GE(widened, 4);
+  EXPECT_LT(widened, 60);
+}
+
+TEST(Widen, GradientsKeepOnePattern) {
+  const Cloud cloud = make_cloud(Lattice{.dimension = 3, .points_per_side = 7, .jitter = 0.1});
+  const Operator op = assemble("gradient-ls-2", cloud, find_neighbours(cloud, 1.45 / 7),
+                               {.on_degenerate = OnDegenerate::Widen});
+  EXPECT_GT(op.rows.degenerate(), 0);
+  const auto& [dx, dy, dz] = std::tie(op.axes[0], op.axes[1], op.axes[2]);
+  for (const SparseMatrix* other : {&dy, &dz}) {
+    ASSERT_EQ(other->nonZeros(), dx.nonZeros());
+    EXPECT_TRUE(
+        std::equal(dx.innerIndexPtr(), dx.innerIndexPtr() + dx.nonZeros(), other->innerIndexPtr()));
+  }
+  const Eigen::VectorXd u = cloud.positions() * Eigen::Vector3d(2, -3, 5);
+  EXPECT_NEAR((dz * u).minCoeff(), 5, 1e-9);
+  EXPECT_NEAR((dz * u).maxCoeff(), 5, 1e-9);
+}
+
+TEST(Widen, StopsAtTheCapAndAtHalfAPeriodicBox) {
+  // A lone pair far from the others: nothing within three times the support.
+  Positions x = make_cloud(Lattice{.dimension = 2, .points_per_side = 6}).positions();
+  x.conservativeResize(38, 2);
+  x.row(36) << 9, 9;
+  x.row(37) << 9.1, 9;
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Constant(38, 1.0 / 36)});
+  const Operator op = assemble("laplacian-ls-2", cloud, find_neighbours(cloud, 0.45),
+                               {.on_degenerate = OnDegenerate::Widen});
+  for (const int i : {36, 37}) {
+    EXPECT_EQ(op.rows.outcome[i], RowOutcome::Zero);
+    EXPECT_EQ(op.rows.degree[i], -1);
+    EXPECT_EQ(op.matrix().row(i).norm(), 0);
+  }
+  EXPECT_EQ(op.rows.degenerate(), 2);
+
+  const Cloud box =
+      make_cloud(Lattice{.dimension = 2, .points_per_side = 4, .jitter = 0.1, .periodic = true});
+  const Operator periodic = assemble("laplacian-ls-6", box, find_neighbours(box, 0.3),
+                                     {.on_degenerate = OnDegenerate::Widen});
+  EXPECT_EQ(periodic.rows.degenerate(), 16);  // 15 others for 27 conditions
+}
+
+TEST(Lower, GoesDownDegreeByDegree) {
+  const Cloud cloud = make_cloud(Lattice{.dimension = 2, .points_per_side = 12, .jitter = 0.1});
+  const Operator op = assemble("laplacian-ls-6", cloud, find_neighbours(cloud, 4.4 / 12),
+                               {.on_degenerate = OnDegenerate::Lower});
+  EXPECT_GE(op.rows.degree.minCoeff(), 3);
+  EXPECT_GE(op.rows.degree.maxCoeff(), 5);
+  for (const int P : {3, 4, 5}) {
+    const Operator lower =
+        assemble("laplacian-ls-" + std::to_string(P), cloud, find_neighbours(cloud, 4.4 / 12),
+                 {.on_degenerate = OnDegenerate::Lower});
+    for (int i = 0; i < cloud.size(); ++i)
+      if (op.rows.degree[i] == P) {
+        EXPECT_EQ(Eigen::RowVectorXd(op.matrix().row(i)),
+                  Eigen::RowVectorXd(lower.matrix().row(i)));
+      }
+  }
+}
+
+}  // namespace
+}  // namespace gradpsi
