@@ -7,4 +7,6 @@ void add_schemes(CLI::App& app);
 void add_assemble(CLI::App& app);
 void add_derive(CLI::App& app);
 void add_diffuse(CLI::App& app);
+void add_inspect(CLI::App& app);
 void add_converge(CLI::App& app);
+void add_stability(CLI::App& app);

@@ -9,13 +9,9 @@
 // second-order consistency; and at spacings below 1e-4 the rounding of u, magnified by 1/dx^2, in
 // the second ones.
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <gradpsi/gradpsi.hpp>
 #include <iostream>
 #include <limits>
@@ -27,6 +23,7 @@
 #include "commands.hpp"
 #include "convergence_gp.hpp"
 #include "progress.hpp"
+#include "study.hpp"
 
 namespace {
 
@@ -177,16 +174,8 @@ std::vector<Result> study(const Options& options) {
 
 using Error = double Result::*;
 
-/// A number as text; empty if it is not finite.
-std::string text(double x, const char* format = "%.9g") {
-  if (!std::isfinite(x)) return {};
-  std::array<char, 40> digits;
-  std::snprintf(digits.data(), digits.size(), format, x);
-  return digits.data();
-}
-
 /// An order with two decimals, without a sign on zero.
-std::string order_text(double order) { return text(std::abs(order) < 0.005 ? 0.0 : order, "%.2f"); }
+std::string order_text(double order) { return cell(std::abs(order) < 0.005 ? 0.0 : order, "%.2f"); }
 
 /// Observed order between two spacings.
 double order(const Result& coarse, const Result& fine, Error error) {
@@ -200,14 +189,14 @@ std::string csv(const std::vector<Result>& results, int dimension) {
     const Result& r = results[k];
     const bool first = k == 0 || !same_curve(results[k - 1], r);
     const auto observed = [&](Error error) {
-      return first ? "" : text(order(results[k - 1], r, error), "%.4g");
+      return first ? "" : cell(order(results[k - 1], r, error), "%.4g");
     };
     out += '\n' + name(r.scheme) + ',' + arrangements[r.arrangement];
     for (const double x : {r.support_ratio, double(r.points), r.spacing, r.l2, r.max})
-      out += ',' + text(x);
+      out += ',' + cell(x);
     out += ',' + observed(&Result::l2);
     if (dimension > 1)
-      out += ',' + text(r.interior_l2) + ',' + text(r.interior_max) + ',' +
+      out += ',' + cell(r.interior_l2) + ',' + cell(r.interior_max) + ',' +
              observed(&Result::interior_l2);
   }
   return out + '\n';
@@ -289,20 +278,16 @@ std::string verdict(int observed, int of, const std::set<std::string_view>& exce
 
 using Curves = std::vector<std::span<const Result>>;
 
-std::string padded(const std::string& text, int width) {
-  return std::string(std::max<int>(0, width - static_cast<int>(text.size())), ' ') + text;
-}
-
 std::string order_table(const Curves& all, const std::string& points, Error error) {
   constexpr int name_width = 24, column_width = 8;
   const auto fitted = fitted_part(all.front());
   std::string out = "Fitted order of the L2 error over " + points + ", spacings " +
-                    text(fitted.front().spacing, "%.2g") + " to " +
-                    text(fitted.back().spacing, "%.2g") + ":\n\n" +
+                    cell(fitted.front().spacing, "%.2g") + " to " +
+                    cell(fitted.back().spacing, "%.2g") + ":\n\n" +
                     padded("regular, h/dx", name_width + 3 * column_width) +
                     padded("irregular, h/dx", 3 * column_width) + '\n' + padded("", name_width);
   for (int column = 0; column < 6; ++column)
-    out += padded(text(support_ratios[column % 3], "%.1f"), column_width);
+    out += padded(cell(support_ratios[column % 3], "%.1f"), column_width);
   for (const auto& curve : all) {
     const Result& r = curve.front();
     const std::string scheme = name(r.scheme);
@@ -333,8 +318,8 @@ std::string claim_line(const Claim& claim, const Curves& all, Error error) {
   return std::string(claim.text) + std::string(46 - claim.text.size(), ' ') +
          padded(order_text(least) + " .. " + order_text(most), 15) +
          padded(std::isfinite(claim.least)
-                    ? text(claim.least, "%.1f") + " .. " + text(claim.most, "%.1f")
-                    : "at most " + text(claim.most, "%.1f"),
+                    ? cell(claim.least, "%.1f") + " .. " + cell(claim.most, "%.1f")
+                    : "at most " + cell(claim.most, "%.1f"),
                 14) +
          "   " + verdict(observed, count, exceptions) + '\n';
 }
@@ -355,7 +340,7 @@ std::string rounding_line(const Curves& all, Error error) {
   }
   const bool reached = risen > 0 || smallest < 1e-5;
   return "soc, second: troubled at very small spacing   " +
-         padded("dx >= " + text(smallest, "%.1e"), 15) + padded("", 14) + "   " +
+         padded("dx >= " + cell(smallest, "%.1e"), 15) + padded("", 14) + "   " +
          (reached ? verdict(risen, count) : "not reached") + '\n';
 }
 
@@ -379,41 +364,13 @@ std::string summary(const std::vector<Result>& results, const Options& options) 
   return out;
 }
 
-/// How the numbers came about, for whoever finds the files later.
-std::string provenance(const Options& options) {
-  std::string cpu = "unknown", line;
-  for (std::ifstream in("/proc/cpuinfo"); std::getline(in, line);)
-    if (line.starts_with("model name")) {
-      cpu = line.substr(line.find(':') + 2);
-      break;
-    }
-  return "# gradpsi: " GRADPSI_VERSION "\n# compiler: " __VERSION__ "\n# cpu: " + cpu +
-         "\n# threads: " + (options.threads > 0 ? std::to_string(options.threads) : "all") +
-         "\n# seed: " + std::to_string(seed) +
-         "\n# kernel: " + std::string(gradpsi::kernels().front().name) + "\n\n";
-}
-
-/// Runs gnuplot on a script in its folder; false if it failed or is not there.
-bool run_gnuplot(const path& script) {
-  const pid_t child = fork();
-  if (child == 0) {
-    if (chdir(script.parent_path().c_str()) == 0)
-      execlp("gnuplot", "gnuplot", script.filename().c_str(), nullptr);
-    _exit(127);
-  }
-  int status = 0;
-  return child > 0 && waitpid(child, &status, 0) == child && status == 0;
-}
-
 void run(const Options& options) {
   static constexpr std::array smallest = {20, 196, 2744};
   if (options.points_max && sides(options).empty())
     throw gradpsi::InvalidInput(
         "--points-max " + std::to_string(*options.points_max) +
         " is less than the smallest cloud has: " + std::to_string(smallest[options.dimension - 1]));
-  std::error_code failure;
-  std::filesystem::create_directories(options.out, failure);
-  if (failure) throw std::system_error(failure, "cannot create the folder " + options.out.string());
+  create_folder(options.out);
   const std::string suffix =
       options.dimension == 1 ? "" : "_" + std::to_string(options.dimension) + "d";
   const auto in_out = [&](const std::string& name) { return options.out / name; };
@@ -423,19 +380,17 @@ void run(const Options& options) {
   gradpsi::write_text(in_out(table), csv(results, options.dimension));
 
   const std::string text = summary(results, options);
-  gradpsi::write_text(in_out("convergence" + suffix + ".txt"), provenance(options) + text);
+  gradpsi::write_text(
+      in_out("convergence" + suffix + ".txt"),
+      provenance(options.threads) + "# seed: " + std::to_string(seed) + "\n\n" + text);
   std::cout << text << std::flush;
 
-  const path script = in_out("convergence" + suffix + ".gp");
-  gradpsi::write_text(script, "csv = '" + table + "'\nsuffix = '" + suffix + "'\n" +
-                                  (options.dimension == 1
-                                       ? "error_column = 6\nerror_name = 'L2 error'\n"
-                                       : "error_column = 9\nerror_name = 'L2 error, interior'\n") +
-                                  convergence_gp);
-  if (!run_gnuplot(std::filesystem::absolute(script)))
-    throw std::runtime_error("gnuplot could not draw the figures (is gnuplot-nox installed?); " +
-                             in_out(table).string() + " is complete, and `gnuplot " +
-                             script.filename().string() + "` in that folder draws them");
+  draw(in_out("convergence" + suffix + ".gp"),
+       "csv = '" + table + "'\nsuffix = '" + suffix + "'\n" +
+           (options.dimension == 1 ? "error_column = 6\nerror_name = 'L2 error'\n"
+                                   : "error_column = 9\nerror_name = 'L2 error, interior'\n") +
+           convergence_gp,
+       in_out(table));
   std::cout << "\nResults: " << in_out(table).string()
             << "\nFigures: " << in_out("figure1" + suffix + ".png").string() << ", "
             << in_out("figure2" + suffix + ".png").string() << " (and .svg)\n";

@@ -20,5 +20,5 @@ install_missing() {
     apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }
 
-gradpsi_packages=(g++ cmake ninja-build libeigen3-dev libnanoflann-dev
+gradpsi_packages=(g++ cmake ninja-build libeigen3-dev libnanoflann-dev libspectra-dev
   libsuitesparse-dev libopenblas0-pthread libcli11-dev nlohmann-json3-dev gnuplot-nox fonts-dejavu-core)

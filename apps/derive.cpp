@@ -40,7 +40,8 @@ void add_derive(CLI::App& app) {
       ->required();
   add_table_output(*command, *output,
                    "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                   "(gradient) or lap_FIELD (Laplacian)");
+                   "(gradient) or lap_FIELD (Laplacian)")
+      ->required();
   command->footer(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
       "--support-ratio 3 -o lap.vtu");

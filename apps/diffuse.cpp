@@ -339,7 +339,8 @@ void add_diffuse(CLI::App& app) {
       ->excludes(steady);
   add_table_output(*command, options->output,
                    "OUT.csv or OUT.vtu: the input's columns, the field as it is at last; and a\n"
-                   "picture of it, OUT.png");
+                   "picture of it, OUT.png")
+      ->required();
   command->footer(
       "Examples:\n  gradpsi diffuse points.csv --field T --scheme laplacian-mixed-zoc "
       "--support-ratio 3 \\\n    --diffusivity 0.1 --time-step 0.01 --steps 100 --fixed wall -o "

@@ -48,7 +48,9 @@ int main(int argc, char** argv) {
   add_assemble(app);
   add_derive(app);
   add_diffuse(app);
+  add_inspect(app);
   add_converge(app);
+  add_stability(app);
 
   try {
     app.parse(argc, argv);

@@ -251,7 +251,6 @@ Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& na
 CLI::Option* add_table_output(CLI::App& command, path& output, const std::string& description) {
   return command.add_option("-o", output, description)
       ->type_name("OUT")
-      ->required()
       ->check([](const std::string& name) {
         const auto extension = path(name).extension();
         if (extension != ".csv" && extension != ".vtu") return "must end in .csv or .vtu";
@@ -286,16 +285,20 @@ void check_outputs(const OperatorOptions& options, std::vector<path> files) {
                        twice->string());
 }
 
+void write_report(const OperatorOptions& options, Problem& problem) {
+  rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  problem.report["peak_bytes"] = usage.ru_maxrss * 1024L;
+  if (!options.report.empty()) gradpsi::write_text(options.report, problem.report.dump(2) + "\n");
+}
+
 bool write_and_report(const OperatorOptions& options, Problem& problem,
                       const std::vector<path>& files, const std::function<void()>& write) {
   Stopwatch watch;
   write();
   auto& report = problem.report;
   report["seconds"]["write"] = watch.lap();
-  rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  report["peak_bytes"] = usage.ru_maxrss * 1024L;
-  if (!options.report.empty()) gradpsi::write_text(options.report, report.dump(2) + "\n");
+  write_report(options, problem);
 
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;

@@ -62,6 +62,9 @@ void write_table(const std::filesystem::path& file, const gradpsi::Table& table)
 /// nor the report nor one another. To be called before long work.
 void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::path> files);
 
+/// Adds the peak memory to the report and writes it where --report says.
+void write_report(const OperatorOptions& options, Problem& problem);
+
 /// Calls write(), adds its time and the peak memory to the report, writes it where --report says, and
 /// prints what was written unless that went to standard output itself.
 /// @return  whether more may be printed

@@ -3,6 +3,7 @@
 // Everything: cloud -> neighbours -> assemble -> multiply, solve or write.
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/diagnosis.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/io.hpp"

@@ -1,0 +1,69 @@
+#include "study.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <gradpsi/io.hpp>
+#include <gradpsi/kernel.hpp>
+#include <stdexcept>
+#include <system_error>
+
+using std::filesystem::path;
+
+namespace {
+
+/// Runs gnuplot on a script in its folder; false if it failed or is not there.
+bool run_gnuplot(const path& script) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (chdir(script.parent_path().c_str()) == 0)
+      execlp("gnuplot", "gnuplot", script.filename().c_str(), nullptr);
+    _exit(127);
+  }
+  int status = 0;
+  return child > 0 && waitpid(child, &status, 0) == child && status == 0;
+}
+
+}  // namespace
+
+void create_folder(const path& folder) {
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure) throw std::system_error(failure, "cannot create the folder " + folder.string());
+}
+
+std::string provenance(int threads) {
+  std::string cpu = "unknown", line;
+  for (std::ifstream in("/proc/cpuinfo"); std::getline(in, line);)
+    if (line.starts_with("model name")) {
+      cpu = line.substr(line.find(':') + 2);
+      break;
+    }
+  return "# gradpsi: " GRADPSI_VERSION "\n# compiler: " __VERSION__ "\n# cpu: " + cpu +
+         "\n# threads: " + (threads > 0 ? std::to_string(threads) : "all") +
+         "\n# kernel: " + std::string(gradpsi::kernels().front().name) + "\n";
+}
+
+std::string cell(double x, const char* format) {
+  if (!std::isfinite(x)) return {};
+  std::array<char, 40> digits;
+  std::snprintf(digits.data(), digits.size(), format, x);
+  return digits.data();
+}
+
+std::string padded(const std::string& text, int width) {
+  return std::string(std::max<int>(0, width - static_cast<int>(text.size())), ' ') + text;
+}
+
+void draw(const path& file, const std::string& script, const path& data) {
+  gradpsi::write_text(file, script);
+  if (!run_gnuplot(std::filesystem::absolute(file)))
+    throw std::runtime_error("gnuplot could not draw the figures (is gnuplot-nox installed?); " +
+                             data.string() + " is complete, and `gnuplot " +
+                             file.filename().string() + "` in that folder draws them");
+}
