@@ -19,6 +19,10 @@ echo "== The paper's study: error against spacing, 17 schemes =="
 $gradpsi converge --quick --out $results
 
 echo
+echo "== Where Laplacians grow, what was foretold, and what cures it =="
+$gradpsi stability --quick --out $results
+
+echo
 echo "== Real points: the letters S, P, H (3,993 scattered points in 3D, apps/data) =="
 echo "u = sin(8x) cos(7y) exp(3z); what its derivatives should be is known."
 awk -F, 'NR == 1 {print $0 ",u"} NR > 1 {printf "%s,%.17g\n", $0, sin(8*$1) * cos(7*$2) * exp(3*$3)}' \

@@ -45,6 +45,7 @@ do for [wall in walls] {
     set title scheme offset 0, -0.7 font ",11"
     set xtics scale 0 ("2" 1, "2.5" 2, "3" 3, "3.5" 4, "4.5" 5)
     set ytics scale 0 0, 0.1, 0.5
+    set format y (k % 6 == 1 || k == 14 ? "%g" : "")
     if (row == 2) { set xlabel "h / dx" offset 0, 0.6 } else { unset xlabel }
     if (column == 0) { set ylabel "jitter / dx" offset 1.2, 0 } else { unset ylabel }
     matches(name, which) = name eq "laplacian-".scheme && which eq wall

@@ -125,8 +125,12 @@ Eigen::MatrixXd symmetrised(const SparseMatrix& A, const Eigen::VectorXd& volume
   return root.asDiagonal() * Eigen::MatrixXd(A) * root.cwiseInverse().asDiagonal();
 }
 
+/// Of the rows that are not zero.
 double median_diagonal(const SparseMatrix& A) {
-  return median(Eigen::VectorXd(A.diagonal()).cwiseAbs());
+  Eigen::VectorXd sizes = A.diagonal().cwiseAbs();
+  const auto end = std::remove(sizes.begin(), sizes.end(), 0.0);
+  if (end == sizes.begin()) return 0;
+  return median(sizes.head(end - sizes.begin()));
 }
 
 /// Row i and, of those it is connected with over a few steps, the nearest ones, `count` in all.

@@ -92,7 +92,7 @@ class Schemes(ProgramTest):
     def test_help_and_version(self):
         self.assertIn("assemble", self.run_program("--help"))
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
-        for command in ["schemes", "assemble", "derive", "converge"]:
+        for command in ["schemes", "assemble", "derive", "inspect", "converge", "stability"]:
             self.assertIn("Example: gradpsi " + command, self.run_program(command, "--help"))
 
 
@@ -452,6 +452,54 @@ class DiffusionStudy(unittest.TestCase):
                 self.assertLess(float(curve[-1]["order"]), 0.7)  # does not converge
 
 
+class Inspect(ProgramTest):
+    def test_the_verdict_agrees_with_the_eigenvalues(self):
+        points = self.square(14, edge=lambda x, y: np.minimum.reduce([x, y, 1 - x, 1 - y]) < 0.07)
+        for scheme, extra, grows in [("laplacian-mixed-soc", ["--support", 0.21], True),
+                                     ("laplacian-mixed-soc", ["--support", 0.21, "--fixed", "edge"], False),
+                                     ("laplacian-positive", ["--fixed", "edge"], False)]:
+            text = self.run_program("inspect", points, "--scheme", scheme, *extra, "--spectrum",
+                                    "--report", self.path("r.json"), "-o", self.path("i.csv"))
+            found = json.loads(self.path("r.json").read_text())["inspection"]
+            self.assertEqual(found["verdict"]["grows"], grows)
+            self.assertEqual(found["spectrum"]["grows"], grows)
+            self.assertIn("not fit: fields grow" if grows else "fit up to dt nu", text)
+            self.assertGreaterEqual(found["spectrum"]["euler_step"], found["verdict"]["euler_step"])
+            t = self.read_csv("i.csv")
+            self.assertEqual(t["amplification"].argmax(), found["amplification"]["point_of_max"])
+            self.assertEqual(len(t["x"]), 196)
+        self.run_program("inspect", points, "--scheme", "gradient-ls-3")
+
+    def test_eigenvalues_are_those_of_the_written_matrix(self):
+        points = self.square(10)
+        common = [points, "--scheme", "laplacian-direct-zoc", "--support", 0.3]
+        self.run_program("assemble", *common, "-o", self.path("m.mtx"))
+        values = np.linalg.eigvals(scipy.io.mmread(self.path("m.mtx")).toarray())
+        self.run_program("inspect", *common, "--spectrum", "--report", self.path("r.json"))
+        found = json.loads(self.path("r.json").read_text())["inspection"]["spectrum"]
+        np.testing.assert_allclose([found["rightmost"], found["leftmost"]],
+                                   [values.real.max(), values.real.min()], rtol=1e-9)
+
+
+class Stability(ProgramTest):
+    def test_the_quick_study(self):
+        self.run_program("stability", "--dimension", 2, "--quick", "--out", self.path("s"))
+        with open(self.path("s") / "stability.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(",".join(rows[0]),
+                         "scheme,dimension,support_ratio,jitter,walls,seed,points,max_real,min_real,max_imag,"
+                         "worst_rcond,worst_amplification,negative_share,error_l2,error_max,bound_max")
+        self.assertEqual(len(rows), 17 * 3 * 2 * 3)
+        for row in rows:
+            self.assertTrue(all(np.isfinite(float(x)) for k, x in row.items() if k not in ("scheme", "walls")))
+            self.assertLessEqual(float(row["error_max"]), float(row["bound_max"]))
+            if row["scheme"] == "laplacian-positive":
+                self.assertLess(float(row["max_real"]), 1e-10)
+        for figure in ["stability_map_periodic", "stability_map_dirichlet", "stability_map_truncated", "spectra",
+                       "history", "floor"]:
+            self.assertGreater((self.path("s") / (figure + ".png")).stat().st_size, 5000)
+
+
 class Errors(ProgramTest):
     def test_bad_usage_is_2_and_shows_the_usage(self):
         points = self.square()
@@ -497,7 +545,7 @@ class Errors(ProgramTest):
         self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
 
     def test_an_unknown_subcommand_names_the_valid_ones(self):
-        self.assertIn("unknown subcommand 'asemble'; valid: schemes assemble derive diffuse converge",
+        self.assertIn("unknown subcommand 'asemble'; valid: schemes assemble derive diffuse inspect converge stability",
                       self.run_program("asemble", expect=2))
 
     def test_the_points_are_not_overwritten(self):
