@@ -22,10 +22,10 @@ enum class Weight {
 
 /// What a row promises, and how: see Scheme and degree().
 enum class Consistency {
-  Zoc,       ///< row sums are zero
-  Foc,       ///< first order, gradients only
-  Soc,       ///< second order
-  SocLs,     ///< second order, Laplacians only: of all weights those of least sum psi^2 / (omega phi)
+  Zoc,    ///< row sums are zero
+  Foc,    ///< first order, gradients only
+  Soc,    ///< second order
+  SocLs,  ///< second order, Laplacians only: of all weights those of least sum psi^2 / (omega phi)
   Positive,  ///< second order, Laplacians only: no weight negative, least sum (r/h)^5 psi
   Ls1,       ///< exact on polynomials of degree 1 to 6, by least squares; Laplacians from 2 on
   Ls2,
@@ -92,9 +92,10 @@ int unknowns(const Scheme& scheme, int dimension);
 /// the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
 std::optional<double> support_ratio(const Scheme& scheme);
 
-std::string_view name(Derivative derivative);    ///< "gradient", "laplacian"
-std::string_view name(Weight weight);            ///< "direct", "diffuse", ..., "kernel", "distance"
-std::string_view name(Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls-1"...
+std::string_view name(Derivative derivative);  ///< "gradient", "laplacian"
+std::string_view name(Weight weight);          ///< "direct", "diffuse", ..., "kernel", "distance"
+std::string_view name(
+    Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls-1"...
 
 /// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3"
 /// and "positive" stand without a weight.
