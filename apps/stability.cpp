@@ -16,7 +16,6 @@
 #include <gradpsi/gradpsi.hpp>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "../lib/parallel.hpp"
 #include "commands.hpp"
@@ -58,7 +57,6 @@ struct Result {
   double bound_over_error = 0;  // at the point of the largest error
   int rows_above_bound = 0;
   bool grows = false;
-  bool zero_rows = false;  // among those that evolve
   gradpsi::Forecast forecast;
 };
 
@@ -111,10 +109,7 @@ Result result(const Case& c, const Options& options) {
   for (const int i : points) {
     r.worst_amplification = std::max(r.worst_amplification, rows.amplification[i]);
     // A row without a stencil is the boundary's, whose derivative is not computed.
-    if (op.rows.outcome[i] == gradpsi::RowOutcome::Zero) {
-      r.zero_rows = true;
-      continue;
-    }
+    if (op.rows.outcome[i] == gradpsi::RowOutcome::Zero) continue;
     r.worst_rcond = std::min(r.worst_rcond, op.rows.reciprocal_condition[i]);
     const auto entries = static_cast<double>(op.matrix().row(i).nonZeros() - 1);
     negative += rows.negative_share[i] * entries;
@@ -198,7 +193,7 @@ std::string growth_table(const std::vector<Case>& cases, const std::vector<Resul
     for (int w = 0; w < 3; ++w)
       out += padded(std::to_string(grows[w]) + " of " + std::to_string(count[w]), 11);
     for (int k = 0; k < 4; ++k)
-      sums[k] += told[k], out += padded(std::to_string(told[k]), k == 2 ? 14 : k == 3 ? 9 : 9);
+      sums[k] += told[k], out += padded(std::to_string(told[k]), k == 2 ? 14 : 9);
     out += '\n';
   }
   out += "all" + padded("", 58);

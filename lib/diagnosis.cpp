@@ -199,7 +199,7 @@ Eigen::VectorXd error_bound(const RowDiagnosis& rows, const Eigen::MatrixXd& der
     throw InvalidInput("the bounds of derivatives are " + std::to_string(derivatives.rows()) +
                        " x " + std::to_string(derivatives.cols()) + " numbers for " +
                        std::to_string(n) + " points and orders 0 to " + std::to_string(orders - 1));
-  const Eigen::ArrayXXd M = derivatives.array().replicate(n / derivatives.rows(), 1);
+  const Eigen::ArrayXXd M = derivatives.array().replicate(derivatives.rows() == n ? 1 : n, 1);
   const Eigen::ArrayXXd kept = M.leftCols(orders - 1) * rows.residuals.array();
   const Eigen::ArrayXXd cut = M * rows.remainders.array();
   Eigen::ArrayXd least = Eigen::ArrayXd::Constant(n, infinity);
@@ -240,7 +240,13 @@ MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& vo
 
 SparseMatrix principal_part(const SparseMatrix& A, const std::vector<int>& points) {
   std::vector<int> place(A.cols(), -1);
-  for (int k = 0; k < static_cast<int>(points.size()); ++k) place[points[k]] = k;
+  for (int k = 0; k < static_cast<int>(points.size()); ++k) {
+    if (points[k] < 0 || points[k] >= std::min(A.rows(), A.cols()) ||
+        (k > 0 && points[k] <= points[k - 1]))
+      throw InvalidInput("point " + std::to_string(points[k]) + " is not one of " +
+                         std::to_string(A.rows()) + ", or not above the one before it");
+    place[points[k]] = k;
+  }
   const auto m = std::ssize(points);
   SparseMatrix part(m, m);
   for (int k = 0; k < m; ++k) {
@@ -258,8 +264,7 @@ Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::
       volumes.size() != cloud.size())
     throw InvalidInput("the matrix is not one of all " + std::to_string(cloud.size()) + " points");
   const SparseMatrix A = principal_part(laplacian, points);
-  const bool dominant = is_dominant(-A), symmetric = is_symmetric(A, volumes(points));
-  if (dominant) return {.certain = true};
+  if (is_dominant(-A)) return {.certain = true};
 
   constexpr int looked_at = 9, block = 30;
   const int n = static_cast<int>(A.rows());
@@ -283,7 +288,7 @@ Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::
     if (k == 0 || rate > result.rate) result.rate = rate, result.point = points[i];
   }
   result.grows = result.rate > slow_growth * median_diagonal(A);
-  result.certain = result.grows && symmetric;
+  result.certain = result.grows && is_symmetric(A, volumes(points));
   if (!result.grows) result.point = -1;
   return result;
 }

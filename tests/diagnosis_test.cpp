@@ -224,6 +224,8 @@ TEST(Diagnosis, SizesAreChecked) {
   EXPECT_THROW(error_bound(rows, Eigen::MatrixXd::Ones(2, rows.remainders.cols())), InvalidInput);
   EXPECT_THROW(summarise(op.matrix(), Eigen::VectorXd::Ones(3)), InvalidInput);
   EXPECT_THROW(spectrum(part.matrix()), InvalidInput);
+  EXPECT_THROW(principal_part(op.matrix(), {3, 2}), InvalidInput);
+  EXPECT_THROW(principal_part(op.matrix(), {0, 64}), InvalidInput);
   EXPECT_THROW(forecast(cloud, op.matrix(), {0, 1}, Eigen::VectorXd::Ones(3)), InvalidInput);
 }
 

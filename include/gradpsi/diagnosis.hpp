@@ -55,7 +55,8 @@ struct MatrixSummary {
 /// @param volumes  n, those of the operator
 MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& volumes);
 
-/// The rows and columns of `points` (m x m).
+/// The rows and columns of `points` (m x m), which ascend.
+/// @throws InvalidInput  if they do not, or one is out of range
 SparseMatrix principal_part(const SparseMatrix& A, const std::vector<int>& points);
 
 /// Growth below this part of the median |a_ii| counts as none. Where no condition holds at a boundary,
