@@ -10,32 +10,52 @@
 #include <string>
 #include <utility>
 
+#include "batch.hpp"
 #include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
+#include "memory.hpp"
 #include "moments.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
 #include "positive.hpp"
 #include "search.hpp"
+#include "simd.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
 namespace {
 
-/// h^(d+2) phi(r) / s_d at q = r/h, phi of Tables I and II; for diffuse-ns h^(d+1) phi(r) / s_d.
-double scaled_phi(const Scheme& scheme, int d, const Profile& p, double q) {
+Phi phi(const Scheme& scheme, int d) {
   const bool gradient = scheme.derivative == Derivative::Gradient;
   switch (scheme.weight) {
-    case Weight::Direct: return gradient ? -p.dw_over_q : p.d2w + (d - 1) * p.dw_over_q;
-    case Weight::Diffuse: return (gradient ? d : 2 * d) * p.w / (q * q);
-    case Weight::DiffuseNs: return (gradient ? 1 : 2) * p.w / q;
-    case Weight::Mixed: return -2 * p.dw_over_q;
-    case Weight::Kernel: return p.w;
-    case Weight::Distance: return 0;  // positive stencils have none
+    case Weight::Direct:
+      return gradient ? Phi{.dw_over_q = -1} : Phi{.dw_over_q = d - 1.0, .d2w = 1};
+    case Weight::Diffuse: return {.w_over_q2 = (gradient ? 1.0 : 2.0) * d};
+    case Weight::DiffuseNs: return {.w_over_q = gradient ? 1.0 : 2.0};
+    case Weight::Mixed: return {.dw_over_q = -2};
+    case Weight::Kernel: return {.w = 1};
+    case Weight::Distance: break;  // positive stencils have none
   }
-  return 0;
+  return {};
 }
+
+double value(const Phi& c, const Profile& p, double q) {
+  double sum = c.w * p.w + c.dw_over_q * p.dw_over_q + c.d2w * p.d2w;
+  if (c.w_over_q != 0) sum += c.w_over_q * (p.w / q);
+  if (c.w_over_q2 != 0) sum += c.w_over_q2 * (p.w / (q * q));
+  return sum;
+}
+
+/// Uncorrected weights lack h^2 (diffuse-ns: h); the gradient's r_ij = h s gives one h back.
+int zoc_power(const Scheme& scheme) {
+  return (scheme.weight == Weight::DiffuseNs ? 1 : 0) -
+         (scheme.derivative == Derivative::Gradient ? 1 : 2);
+}
+
+/// Least squares whose system, its diagonal scaled to 1, has a smaller reciprocal condition number are
+/// refined.
+constexpr double refined_below = 1e-4;
 
 /// How a row was solved.
 struct Solution {
@@ -100,14 +120,15 @@ class Row {
 
   void weigh(const Scheme& scheme) {
     Columns weight = this->weight(), q = this->q();
-    for (int k = 0; k < n_; ++k) weight(k) = scaled_phi(scheme, D, kernel_.profile(q(k)), q(k));
+    const Phi c = phi(scheme, D);
+    for (int k = 0; k < n_; ++k) weight(k) = value(c, kernel_.profile(q(k)), q(k));
     weight *= volume();
   }
 
-  /// scaled_phi lacks h^2 (diffuse-ns: h); the gradient's r_ij = h s gives one h back.
   double zoc_factor(const Scheme& scheme) const {
-    return (scheme.weight == Weight::DiffuseNs ? h_ : 1) /
-           (Which == Derivative::Gradient ? h_ : h_ * h_);
+    double factor = 1;
+    for (int n = 0; n > zoc_power(scheme); --n) factor /= h_;
+    return factor;
   }
 
   Solution solve_gradient(const Scheme& scheme) {
@@ -190,12 +211,13 @@ class Row {
 
     weights().setZero();
     Matrix<m, K> lacking = right_hand_side<m>();
-    const int rounds = scaled_reciprocal > 1e-4 ? 1 : scaled_reciprocal > 1e-9 ? 2 : 3;
+    const int rounds = scaled_reciprocal > refined_below ? 1 : scaled_reciprocal > 1e-9 ? 2 : 3;
     for (int round = 0; round < rounds; ++round) {
       if (round > 0) lacking = right_hand_side<m>() - p.matrix().transpose() * weights().matrix();
       combine<m>(p, inverse.matrix * lacking);
     }
-    return {1 / (one_norm(M) * one_norm(inverse.matrix)), scaled_reciprocal >= singular_below};
+    return {1 / (one_norm<m>(M) * one_norm<m>(inverse.matrix)),
+            scaled_reciprocal >= singular_below};
   }
 
   Solution positive() {
@@ -291,21 +313,37 @@ void check_entries(std::int64_t entries) {
 }
 
 /// The neighbours of `rows` plus the diagonal, compressed; the values are left as they come.
-void set_pattern(SparseMatrix& matrix, const Neighbours& near, const std::vector<int>& rows,
+void set_pattern(SparseMatrix& matrix, const Neighbours& near, const std::vector<int>* rows,
                  int threads) {
-  const int m = static_cast<int>(rows.size());
+  const int m = rows ? static_cast<int>(rows->size()) : near.size();
   matrix.resize(m, near.size());
   int* const outer = matrix.outerIndexPtr();
-  for (int k = 0; k < m; ++k) outer[k + 1] = outer[k] + near.count(rows[k]) + 1;
-  matrix.resizeNonZeros(outer[m]);
+  for (int k = 0; k < m; ++k) outer[k + 1] = outer[k] + near.count(rows ? (*rows)[k] : k) + 1;
+  resize_in_large_pages(matrix, outer[m]);
   parallel_chunks(m, 1024, threads, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
-      const auto neighbours = near.of(rows[k]);
-      const auto after = std::ranges::lower_bound(neighbours, rows[k]);
-      int* column = std::copy(neighbours.begin(), after, matrix.innerIndexPtr() + outer[k]);
-      *column++ = rows[k];
-      std::copy(after, neighbours.end(), column);
+      const int i = rows ? (*rows)[k] : k;
+      int* const column = matrix.innerIndexPtr() + outer[k];
+      int before = 0, l = 0;
+      for (const int j : near.of(i)) {
+        column[l++ + (j > i)] = j;
+        before += j < i;
+      }
+      column[before] = i;
     }
+  });
+}
+
+/// The same for another matrix.
+void copy_pattern(SparseMatrix& matrix, const SparseMatrix& other, int threads) {
+  matrix.resize(other.rows(), other.cols());
+  const int m = static_cast<int>(other.rows());
+  const int* const outer = other.outerIndexPtr();
+  std::copy_n(outer, m + 1, matrix.outerIndexPtr());
+  resize_in_large_pages(matrix, outer[m]);
+  parallel_chunks(m, 8192, threads, [&](int begin, int end) {
+    std::copy(other.innerIndexPtr() + outer[begin], other.innerIndexPtr() + outer[end],
+              matrix.innerIndexPtr() + outer[begin]);
   });
 }
 
@@ -319,6 +357,13 @@ void write_axis(Row& row, std::span<const int> neighbours, int i, int axis, doub
   std::copy(a + before, a + neighbours.size(), entry);
 }
 
+/// The rows of what is to be assembled: those asked for, or all.
+struct Rows {
+  const std::vector<int>* chosen;  // null: all
+  int count;
+  int point(int k) const { return chosen ? (*chosen)[k] : k; }
+};
+
 /// A row with more neighbours than there were to begin with.
 struct WidenedRow {
   std::vector<int> columns;    // with the diagonal; empty: could not be solved
@@ -329,13 +374,13 @@ using WidenedRows = std::map<int, WidenedRow>;
 /// Solves the rows that are zero with ever larger supports.
 template <int D, Derivative Which>
 WidenedRows widen(const Scheme& scheme, const Cloud& cloud, const Eigen::VectorXd& volumes,
-                  const std::vector<int>& rows, const AssemblyOptions& options, RowReport& report) {
+                  const Rows& rows, const AssemblyOptions& options, RowReport& report) {
   constexpr double step = 1.2;
   double most = std::numeric_limits<double>::infinity();
   for (const double length : cloud.box())
     if (length > 0) most = std::min(most, length / 2);
   std::vector<int> zero;
-  for (int k = 0; k < static_cast<int>(rows.size()); ++k)
+  for (int k = 0; k < rows.count; ++k)
     if (report.outcome[k] == RowOutcome::Zero) zero.push_back(k);
 
   WidenedRows solved;
@@ -344,7 +389,7 @@ WidenedRows widen(const Scheme& scheme, const Cloud& cloud, const Eigen::VectorX
     std::vector<int> points(count);
     Eigen::VectorXd supports(count);
     for (int z = 0; z < count; ++z) {
-      points[z] = rows[zero[z]];
+      points[z] = rows.point(zero[z]);
       supports[z] = std::min(factor * report.supports[zero[z]], most);
     }
     const Neighbours near = neighbours_around(cloud, points, supports, options.threads);
@@ -411,41 +456,144 @@ SparseMatrix with_rows(const SparseMatrix& matrix, const WidenedRows& replaced, 
   return result;
 }
 
-template <int D, Derivative Which>
-Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
-                  const Eigen::VectorXd& volumes, const std::vector<int>& rows,
-                  const AssemblyOptions& options) {
-  constexpr int K = Row<D, Which>::K;
-  const int m = static_cast<int>(rows.size());
-  Operator result;
-  result.axes.resize(K);
-  for (SparseMatrix& matrix : result.axes) set_pattern(matrix, near, rows, options.threads);
-  const int* const offsets = result.axes[0].outerIndexPtr();
-  RowReport& report = result.rows = empty_report(m);
+/// Operators to be computed in one pass, on one pattern.
+struct Request {
+  const Scheme* scheme;
+  Operator* op;
+};
 
-  parallel_chunks(m, 512, options.threads,
-                  [&, row = Row<D, Which>(options.kernel),
-                   steps = ladder(scheme, options.on_degenerate)](int begin, int end) mutable {
-                    for (int k = begin; k < end; ++k) {
-                      const int i = rows[k];
-                      const auto neighbours = near.of(i);
-                      row.gather(cloud, neighbours, near.support(i), volumes, i);
-                      solve_row(row, steps, report, k);
-                      report.neighbours[k] = near.count(i);
-                      report.supports[k] = near.support(i);
-                      for (int axis = 0; axis < K; ++axis)
-                        write_axis(row, neighbours, i, axis,
-                                   result.axes[axis].valuePtr() + offsets[k]);
-                    }
-                  });
-  if (options.on_degenerate == OnDegenerate::Widen)
-    if (const auto widened = widen<D, Which>(scheme, cloud, volumes, rows, options, report);
-        !widened.empty())
-      for (int axis = 0; axis < K; ++axis)
-        result.axes[axis] = with_rows(result.axes[axis], widened, axis);
-  if (scheme.consistency == Consistency::Positive)
-    result.axes[0].prune([&](int k, int j, double a) { return a != 0 || j == rows[k]; });
+/// The row's system as the vector code has it; nothing for those that it has no form for.
+std::optional<BatchSystem> batch_system(const Scheme& scheme, int d) {
+  BatchSystem system{};
+  system.phi = phi(scheme, d);
+  system.limit = singular_below;
+  switch (scheme.consistency) {
+    case Consistency::Zoc:
+      system.form = Form::Zoc;
+      system.zoc_power = zoc_power(scheme);
+      break;
+    case Consistency::Foc: system.form = Form::Linear; break;
+    case Consistency::Soc:
+      system.form = scheme.derivative == Derivative::Gradient ? Form::Quadratic : Form::Directions;
+      break;
+    case Consistency::SocLs:
+    case Consistency::Ls1:
+    case Consistency::Ls2:
+      system.form = scheme.consistency == Consistency::Ls1 ? Form::Linear : Form::Quadratic;
+      system.least_squares = true;
+      system.limit = refined_below;
+      break;
+    default: return std::nullopt;
+  }
+  return system;
+}
+
+/// The systems to be solved for the requests, and which request is answered by which.
+struct Systems {
+  std::vector<BatchSystem> systems;
+  std::vector<int> of_request;  // -1: none
+  std::vector<std::vector<unsigned char>> solved;
+};
+
+Systems systems(const std::vector<Request>& requests, int d, int rows) {
+  Systems result;
+  for (const auto& [scheme, op] : requests) {
+    auto system = batch_system(*scheme, d);
+    result.of_request.push_back(-1);
+    if (!system) continue;
+    const bool gradient = scheme->derivative == Derivative::Gradient;
+    // A gradient and a Laplacian of the same least-squares system are solved together.
+    auto& all = result.systems;
+    auto found = std::ranges::find_if(all, [&](const BatchSystem& other) {
+      return system->form != Form::Zoc && other.form == system->form && other.phi == system->phi &&
+             other.least_squares == system->least_squares &&
+             (gradient ? !other.gradient[0] : !other.laplacian);
+    });
+    if (found == all.end()) found = all.insert(all.end(), *system);
+    if (gradient)
+      for (int a = 0; a < d; ++a) found->gradient[a] = op->axes[a].valuePtr();
+    else
+      found->laplacian = op->axes[0].valuePtr();
+    if (!found->reciprocal_condition)
+      found->reciprocal_condition = op->rows.reciprocal_condition.data();
+    result.of_request.back() = static_cast<int>(found - all.begin());
+  }
+  result.solved.assign(result.systems.size(), std::vector<unsigned char>(rows));
+  for (std::size_t s = 0; s < result.systems.size(); ++s)
+    result.systems[s].solved = result.solved[s].data();
   return result;
+}
+
+Systems no_systems(const std::vector<Request>& requests) {
+  return {{}, std::vector<int>(requests.size(), -1), {}};
+}
+
+/// Row k, about point i, by itself: one that the vector code has no form for or left unsolved.
+template <int D, Derivative Which>
+void solve_alone(Row<D, Which>& row, const Request& request, const std::vector<Scheme>& steps,
+                 const Cloud& cloud, const Neighbours& near, const Eigen::VectorXd& volumes, int i,
+                 int k) {
+  const auto neighbours = near.of(i);
+  row.gather(cloud, neighbours, near.support(i), volumes, i);
+  solve_row(row, steps, request.op->rows, k);
+  for (int axis = 0; axis < Row<D, Which>::K; ++axis) {
+    SparseMatrix& matrix = request.op->axes[axis];
+    write_axis(row, neighbours, i, axis, matrix.valuePtr() + matrix.outerIndexPtr()[k]);
+  }
+}
+
+/// Computes the values of all requests, whose matrices have their pattern, and their row reports.
+template <int D>
+void fill(const Simd* vector_code, const std::vector<Request>& requests, const Cloud& cloud,
+          const Neighbours& near, const Eigen::VectorXd& volumes, const Rows& rows,
+          const AssemblyOptions& options) {
+  const SparseMatrix& pattern = requests.front().op->axes.front();
+  const int* const outer = pattern.outerIndexPtr();
+  const BatchRows batch{outer, pattern.innerIndexPtr(),
+                        rows.chosen ? rows.chosen->data() : nullptr};
+  const Systems plan = vector_code ? systems(requests, D, rows.count) : no_systems(requests);
+  const BatchPoints points = batch_points(cloud, near, options.kernel, volumes);
+  // Points that are near one another in turn, so that what they share is still in the cache.
+  const int* const order = rows.chosen || near.order.size() == 0 ? nullptr : near.order.data();
+  std::vector<std::vector<Scheme>> ladders;
+  for (const Request& request : requests)
+    ladders.push_back(ladder(*request.scheme, options.on_degenerate));
+
+  parallel_chunks(
+      rows.count, 512, options.threads,
+      [&, memory = LaneMemory(), gradient = Row<D, Derivative::Gradient>(options.kernel),
+       laplacian = Row<D, Derivative::Laplacian>(options.kernel)](int begin, int end) mutable {
+        int most = 0;
+        for (int n = begin; n < end; ++n) {
+          const int k = order ? order[n] : n;
+          most = std::max(most, outer[k + 1] - outer[k]);
+        }
+        if (!plan.systems.empty())
+          vector_code->batch.solve[D - 1](points, batch, order ? order + begin : nullptr, begin,
+                                          end - begin, plan.systems.data(),
+                                          static_cast<int>(plan.systems.size()), most,
+                                          memory.doubles(batch_memory(D, most)));
+        for (std::size_t r = 0; r < requests.size(); ++r) {
+          const int s = plan.of_request[r];
+          RowReport& report = requests[r].op->rows;
+          const int exact = degree(*requests[r].scheme);
+          for (int n = begin; n < end; ++n) {
+            const int k = order ? order[n] : n;
+            const int i = rows.point(k);
+            report.neighbours[k] = near.count(i);
+            report.supports[k] = near.support(i);
+            if (s >= 0 && plan.solved[s][k]) {
+              report.reciprocal_condition[k] = plan.systems[s].reciprocal_condition[k];
+              report.outcome[k] = RowOutcome::AsAsked;
+              report.degree[k] = exact;
+            } else {
+              requests[r].scheme->derivative == Derivative::Gradient
+                  ? solve_alone(gradient, requests[r], ladders[r], cloud, near, volumes, i, k)
+                  : solve_alone(laplacian, requests[r], ladders[r], cloud, near, volumes, i, k);
+            }
+          }
+        }
+      });
 }
 
 void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
@@ -465,7 +613,7 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   check_entries(entries);
 }
 
-void throw_if_degenerate(const Scheme& scheme, int dimension, const std::vector<int>& rows,
+void throw_if_degenerate(const Scheme& scheme, int dimension, const Rows& rows,
                          const RowReport& report) {
   const int count = report.degenerate();
   if (count == 0) return;
@@ -481,12 +629,86 @@ void throw_if_degenerate(const Scheme& scheme, int dimension, const std::vector<
       : scheme.consistency == Consistency::Positive ? "none of its stencils is positive"
       : rcond >= singular_below                     ? "its weights are not finite"
                                                     : "its moment system is singular";
-  throw StencilError(name(scheme) + " cannot be computed at point " + std::to_string(rows[first]) +
-                         ": " + why + " (" + std::to_string(neighbours) +
-                         " neighbours, reciprocal condition number " + shortest(rcond) + "); " +
-                         std::to_string(count) + " of " + std::to_string(rows.size()) +
-                         " rows are degenerate",
-                     rows[first], neighbours, rcond);
+  throw StencilError(name(scheme) + " cannot be computed at point " +
+                         std::to_string(rows.point(static_cast<int>(first))) + ": " + why + " (" +
+                         std::to_string(neighbours) + " neighbours, reciprocal condition number " +
+                         shortest(rcond) + "); " + std::to_string(count) + " of " +
+                         std::to_string(rows.count) + " rows are degenerate",
+                     rows.point(static_cast<int>(first)), neighbours, rcond);
+}
+
+Rows chosen_rows(const AssemblyOptions& options, const Cloud& cloud) {
+  if (!options.rows) return {nullptr, cloud.size()};
+  return {&*options.rows, static_cast<int>(options.rows->size())};
+}
+
+Eigen::VectorXd volumes_of(const Cloud& cloud, const Neighbours& near,
+                           const AssemblyOptions& options) {
+  return cloud.has_volumes() ? cloud.volumes()
+                             : number_density_volumes(cloud, near, options.kernel, options.threads);
+}
+
+void fill(const Simd* vector_code, const std::vector<Request>& requests, const Cloud& cloud,
+          const Neighbours& near, const Eigen::VectorXd& volumes, const Rows& rows,
+          const AssemblyOptions& options) {
+  dispatch(cloud.dimension(), [&](auto d) {
+    fill<decltype(d)::value>(vector_code, requests, cloud, near, volumes, rows, options);
+  });
+}
+
+std::vector<Request> requests(const std::vector<Scheme>& schemes,
+                              std::vector<Operator>& operators) {
+  std::vector<Request> result;
+  for (std::size_t r = 0; r < schemes.size(); ++r) result.push_back({&schemes[r], &operators[r]});
+  return result;
+}
+
+/// Widens the rows that are zero if so wished; removes what positive stencils do not need.
+template <int D, Derivative Which>
+void widen_and_prune(const Scheme& scheme, const Cloud& cloud, const Rows& rows,
+                     const AssemblyOptions& options, Operator& op) {
+  if (options.on_degenerate == OnDegenerate::Widen)
+    if (const auto widened = widen<D, Which>(scheme, cloud, op.volumes, rows, options, op.rows);
+        !widened.empty())
+      for (std::size_t axis = 0; axis < op.axes.size(); ++axis)
+        op.axes[axis] = with_rows(op.axes[axis], widened, static_cast<int>(axis));
+  if (scheme.consistency == Consistency::Positive)
+    op.axes[0].prune([&](int k, int j, double a) { return a != 0 || j == rows.point(k); });
+}
+
+/// What remains to be done once the rows have been computed.
+void finish(const Scheme& scheme, const Cloud& cloud, const Rows& rows,
+            const AssemblyOptions& options, Operator& op) {
+  if (options.on_degenerate == OnDegenerate::Fail)
+    throw_if_degenerate(scheme, cloud.dimension(), rows, op.rows);
+  dispatch(cloud.dimension(), [&](auto d) {
+    constexpr int D = decltype(d)::value;
+    if (scheme.derivative == Derivative::Gradient)
+      widen_and_prune<D, Derivative::Gradient>(scheme, cloud, rows, options, op);
+    else
+      widen_and_prune<D, Derivative::Laplacian>(scheme, cloud, rows, options, op);
+  });
+}
+
+/// Throws unless the operator's matrices have the pattern that the new values need.
+void check_pattern(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
+                   const Rows& rows, const Operator& op, const AssemblyOptions& options) {
+  const std::size_t axes = scheme.derivative == Derivative::Gradient ? cloud.dimension() : 1;
+  if (scheme.consistency == Consistency::Positive)
+    throw InvalidInput("the pattern of laplacian-positive depends on its values: assemble it anew");
+  if (options.on_degenerate == OnDegenerate::Widen)
+    throw InvalidInput("rows of a given pattern cannot be widened: assemble them anew");
+  if (op.axes.size() != axes)
+    throw InvalidInput(name(scheme) + " has " + std::to_string(axes) + " matrices here, not " +
+                       std::to_string(op.axes.size()));
+  for (const SparseMatrix& matrix : op.axes) {
+    bool same = matrix.isCompressed() && matrix.rows() == rows.count &&
+                matrix.cols() == cloud.size() && std::ssize(op.rows.outcome) == rows.count;
+    for (int k = 0; same && k < rows.count; ++k)
+      same = matrix.outerIndexPtr()[k + 1] - matrix.outerIndexPtr()[k] ==
+             near.count(rows.point(k)) + 1;
+    if (!same) throw InvalidInput("the operator was not assembled with these neighbours and rows");
+  }
 }
 
 }  // namespace
@@ -503,28 +725,46 @@ int RowReport::degenerate() const {
 
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                   const AssemblyOptions& options) {
-  check(scheme, cloud, near, options);
-  std::vector<int> rows;
-  if (options.rows) {
-    rows = *options.rows;
-  } else {
-    rows.resize(cloud.size());
-    for (int i = 0; i < cloud.size(); ++i) rows[i] = i;
-  }
-  Eigen::VectorXd volumes =
-      cloud.has_volumes() ? cloud.volumes()
-                          : number_density_volumes(cloud, near, options.kernel, options.threads);
+  return std::move(assemble(std::vector<Scheme>{scheme}, cloud, near, options).front());
+}
 
-  Operator result = dispatch(cloud.dimension(), [&](auto d) {
-    constexpr int D = decltype(d)::value;
-    return scheme.derivative == Derivative::Gradient
-               ? assemble<D, Derivative::Gradient>(scheme, cloud, near, volumes, rows, options)
-               : assemble<D, Derivative::Laplacian>(scheme, cloud, near, volumes, rows, options);
-  });
-  if (options.on_degenerate == OnDegenerate::Fail)
-    throw_if_degenerate(scheme, cloud.dimension(), rows, result.rows);
-  result.volumes = std::move(volumes);
-  return result;
+std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& cloud,
+                               const Neighbours& near, const AssemblyOptions& options) {
+  return assemble_with(&simd(), schemes, cloud, near, options);
+}
+
+std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<Scheme>& schemes,
+                                    const Cloud& cloud, const Neighbours& near,
+                                    const AssemblyOptions& options) {
+  for (const Scheme& scheme : schemes) check(scheme, cloud, near, options);
+  std::vector<Operator> operators(schemes.size());
+  if (schemes.empty()) return operators;
+  const Rows rows = chosen_rows(options, cloud);
+  const Eigen::VectorXd volumes = volumes_of(cloud, near, options);
+  for (std::size_t r = 0; r < schemes.size(); ++r) {
+    operators[r].axes.resize(schemes[r].derivative == Derivative::Gradient ? cloud.dimension() : 1);
+    for (SparseMatrix& matrix : operators[r].axes)
+      if (const SparseMatrix& first = operators.front().axes.front(); &matrix == &first)
+        set_pattern(matrix, near, rows.chosen, options.threads);
+      else
+        copy_pattern(matrix, first, options.threads);
+    operators[r].rows = empty_report(rows.count);
+    operators[r].volumes = volumes;
+  }
+  fill(vector_code, requests(schemes, operators), cloud, near, volumes, rows, options);
+  for (std::size_t r = 0; r < schemes.size(); ++r)
+    finish(schemes[r], cloud, rows, options, operators[r]);
+  return operators;
+}
+
+void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
+                const AssemblyOptions& options) {
+  check(scheme, cloud, near, options);
+  const Rows rows = chosen_rows(options, cloud);
+  check_pattern(scheme, cloud, near, rows, op, options);
+  op.volumes = volumes_of(cloud, near, options);
+  fill(&simd(), {{&scheme, &op}}, cloud, near, op.volumes, rows, options);
+  finish(scheme, cloud, rows, options, op);
 }
 
 }  // namespace gradpsi

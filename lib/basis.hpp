@@ -1,8 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
-#include <utility>
+
+#include "monomials.hpp"
 
 namespace gradpsi {
 
@@ -25,12 +25,6 @@ class Buffer {
 // and tested with. fill() puts their `size` components for all neighbours into the columns of t;
 // s is n x D, q n x 1.
 
-/// The number of monomials of degree 1 to P in D dimensions.
-template <int D, int P>
-inline constexpr int monomial_count = (monomial_count<D - 1, P> + 1) * (D + P) / D - 1;
-template <int P>
-inline constexpr int monomial_count<1, P> = P;
-
 /// The number of monomials of degree 1 and 2: d + d(d+1)/2.
 template <int D>
 inline constexpr int quadratic_size = monomial_count<D, 2>;
@@ -48,22 +42,14 @@ struct Constant {
   static void fill(const Columns&, const Columns&, Columns t) { t.setOnes(); }
 };
 
-/// All monomials of degree 1 to P, degree by degree: s, then s_a s_b for a <= b, and so on.
+/// All monomials of degree 1 to P, in the order of MonomialTable.
 template <int D, int P>
 struct Monomials {
   static constexpr int size = monomial_count<D, P>;
   static void fill(const Columns& s, const Columns&, Columns t) {
     t.template leftCols<D>() = s;
-    // Those of the last degree whose factors are s_a or later ones begin at first[a].
-    std::array<int, D> first;
-    for (int a = 0; a < D; ++a) first[a] = a;
-    for (int column = D; column < size;) {
-      const int end = column;
-      for (int a = 0; a < D; ++a) {
-        const int begin = std::exchange(first[a], column);
-        for (int k = begin; k < end; ++k) t.col(column++) = s.col(a) * t.col(k);
-      }
-    }
+    constexpr const auto& table = monomial_table<D, P>;
+    for (int k = D; k < size; ++k) t.col(k) = s.col(table.factor[k]) * t.col(table.rest[k]);
   }
 };
 

@@ -1,34 +1,38 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 
 #include "gradpsi/assemble.hpp"
 #include "parallel.hpp"
+#include "simd.hpp"
 
 namespace gradpsi {
 
-/// (A x)_i, in four sums that do not wait for one another.
+/// Rows begin to end of A x.
+inline void rows_product(const SparseMatrix& A, int begin, int end, const double* x, double* y) {
+  simd().products.vectors[0]({A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {x}, {y}},
+                             begin, end);
+}
+
+/// (A x)_i
 inline double row_product(const SparseMatrix& A, int i, const double* x) {
-  const double* const a = A.valuePtr();
-  const int* const column = A.innerIndexPtr();
-  int k = A.outerIndexPtr()[i];
-  const int end = A.outerIndexPtr()[i + 1];
-  double s0 = 0, s1 = 0, s2 = 0, s3 = 0;
-  for (; k + 3 < end; k += 4) {
-    s0 += a[k] * x[column[k]];
-    s1 += a[k + 1] * x[column[k + 1]];
-    s2 += a[k + 2] * x[column[k + 2]];
-    s3 += a[k + 3] * x[column[k + 3]];
-  }
-  for (; k < end; ++k) s0 += a[k] * x[column[k]];
-  return (s0 + s1) + (s2 + s3);
+  double y;
+  rows_product(A, i, i + 1, x, &y);
+  return y;
 }
 
 /// Calls f(i, (A x)_i) for each row, rows over threads.
 template <class F>
 void for_each_product(const SparseMatrix& A, const double* x, int threads, const F& f) {
-  parallel_chunks(static_cast<int>(A.rows()), 4096, threads, [&A, x, &f](int begin, int end) {
-    for (int i = begin; i < end; ++i) f(i, row_product(A, i, x));
+  constexpr int block = 256;  // rows, whose products stay in the cache
+  parallel_chunks(static_cast<int>(A.rows()), 16 * block, threads, [&A, x, &f](int begin, int end) {
+    double products[block];
+    for (int first = begin; first < end; first += block) {
+      const int last = std::min(first + block, end);
+      rows_product(A, first, last, x, products);
+      for (int i = first; i < last; ++i) f(i, products[i - first]);
+    }
   });
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gradpsi/error.hpp"
+#include "profiles.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
@@ -13,49 +14,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-constexpr double power(double x, int n) { return n == 0 ? 1.0 : x * power(x, n - 1); }
-
-Profile wendland_c2(double q) {
-  const double t = 1 - q;
-  return {.w = power(t, 4) * (1 + 4 * q),
-          .dw_over_q = -20 * power(t, 3),
-          .d2w = 20 * power(t, 2) * (4 * q - 1)};
-}
-
-Profile wendland_c4(double q) {
-  const double t = 1 - q;
-  return {.w = power(t, 6) * (1 + q * (6 + q * 35 / 3)),
-          .dw_over_q = -56.0 / 3 * power(t, 5) * (1 + 5 * q),
-          .d2w = -56.0 / 3 * power(t, 4) * (1 + q * (4 - 35 * q))};
-}
-
-Profile wendland_c6(double q) {
-  const double t = 1 - q;
-  return {.w = power(t, 8) * (1 + q * (8 + q * (25 + 32 * q))),
-          .dw_over_q = -22 * power(t, 7) * (1 + q * (7 + 16 * q)),
-          .d2w = -22 * power(t, 6) * (1 + q * (6 - q * (15 + 160 * q)))};
-}
-
-// The splines are sums of truncated powers; the innermost piece is expanded, because there the
-// powers cancel and w'/q would lose digits as q -> 0.
-Profile cubic_spline(double q) {
-  if (q < 0.5) return {.w = 0.5 + q * q * 3 * (q - 1), .dw_over_q = 9 * q - 6, .d2w = 18 * q - 6};
-  const double t = 1 - q;
-  return {.w = power(t, 3), .dw_over_q = -3 * power(t, 2) / q, .d2w = 6 * t};
-}
-
-Profile quintic_spline(double q) {
-  const double s = q * q;
-  if (q < 1.0 / 3) {
-    return {.w = 22.0 / 81 + s * (-20.0 / 9 + s * 10 * (1 - q)),
-            .dw_over_q = -40.0 / 9 + s * (40 - 50 * q),
-            .d2w = -40.0 / 9 + s * (120 - 200 * q)};
-  }
-  const double t = 1 - q;
-  const double t2 = q < 2.0 / 3 ? 2.0 / 3 - q : 0;
-  return {.w = power(t, 5) - 6 * power(t2, 5),
-          .dw_over_q = (-5 * power(t, 4) + 30 * power(t2, 4)) / q,
-          .d2w = 20 * power(t, 3) - 120 * power(t2, 3)};
+/// One of profiles.hpp for a single q.
+template <ProfileOf<double> (*shape)(double)>
+Profile profile(double q) {
+  const auto p = shape(q);
+  return {.w = p.w, .dw_over_q = p.dw_over_q, .d2w = p.d2w};
 }
 
 // exp(-9 s), s = q^2, minus its Taylor polynomial of degree 2 about s = 1. A Gaussian merely cut
@@ -85,16 +48,22 @@ std::array<double, 3> gaussian_normalisation() {
 // one dimension too, and so does this table for C4 and C6. Splines: I. J. Schoenberg (1946).
 std::span<const Kernel> kernels() {
   static const std::array<Kernel, 6> table = {{
-      {"wendland-c2", "(1-q)^4 (1+4q)", wendland_c2, {3.0 / 2, 7 / pi, 21 / (2 * pi)}},
-      {"wendland-c4", "(1-q)^6 (1+6q+35q^2/3)", wendland_c4, {27.0 / 16, 9 / pi, 495 / (32 * pi)}},
+      {"wendland-c2", "(1-q)^4 (1+4q)", profile<wendland_c2>, {3.0 / 2, 7 / pi, 21 / (2 * pi)}},
+      {"wendland-c4",
+       "(1-q)^6 (1+6q+35q^2/3)",
+       profile<wendland_c4>,
+       {27.0 / 16, 9 / pi, 495 / (32 * pi)}},
       {"wendland-c6",
        "(1-q)^8 (1+8q+25q^2+32q^3)",
-       wendland_c6,
+       profile<wendland_c6>,
        {15.0 / 8, 78 / (7 * pi), 1365 / (64 * pi)}},
-      {"cubic-spline", "(1-q)^3 - 4 (1/2-q)_+^3", cubic_spline, {8.0 / 3, 80 / (7 * pi), 16 / pi}},
+      {"cubic-spline",
+       "(1-q)^3 - 4 (1/2-q)_+^3",
+       profile<cubic_spline>,
+       {8.0 / 3, 80 / (7 * pi), 16 / pi}},
       {"quintic-spline",
        "(1-q)^5 - 6 (2/3-q)_+^5 + 15 (1/3-q)_+^5",
-       quintic_spline,
+       profile<quintic_spline>,
        {243.0 / 40, 15309 / (478 * pi), 2187 / (40 * pi)}},
       {"gaussian", "exp(-9q^2), cut off smoothly at q = 1", gaussian, gaussian_normalisation()},
   }};
@@ -108,6 +77,16 @@ const Kernel& kernel(std::string_view name) {
     valid.emplace_back(k.name);
   }
   throw_unknown("kernel", name, valid);
+}
+
+Shape shape(const Kernel& kernel) {
+  const auto is = [&](Profile (*function)(double)) { return kernel.profile == function; };
+  return is(profile<wendland_c2>)      ? Shape::WendlandC2
+         : is(profile<wendland_c4>)    ? Shape::WendlandC4
+         : is(profile<wendland_c6>)    ? Shape::WendlandC6
+         : is(profile<cubic_spline>)   ? Shape::CubicSpline
+         : is(profile<quintic_spline>) ? Shape::QuinticSpline
+                                       : Shape::Other;
 }
 
 KernelValue evaluate(const Kernel& kernel, int dimension, double support, double r) {

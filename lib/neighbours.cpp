@@ -6,73 +6,207 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <nanoflann.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
 #include "median.hpp"
+#include "memory.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
 #include "search.hpp"
+#include "simd.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
 namespace {
 
 constexpr int leaf_size = 24;         // points; measured: 24 to 48 within a tenth, fewer are slower
+constexpr int block_size = 4096;      // points of a tree, about
 constexpr int leaves_per_chunk = 64;  // one task of a thread
 constexpr int leaves_for_estimate = 64;
+constexpr int lanes = 8;  // vector code reads and writes up to so many elements past an end
 
 template <int D>
 using Point = std::array<double, D>;
+
+template <int D>
+struct Box {
+  Point<D> low, high;
+};
 
 struct Leaf {
   int begin, end;  // in tree order
 };
 
-/// A k-d tree over the points in units of a power of two near the `length` that matters: the
-/// scaling is exact, and squared distances cannot overflow or vanish where they are compared.
+/// Points as structure of arrays, with room for vector code past the end.
 template <int D>
-class Tree {
+struct PointArrays {
+  std::array<std::vector<double>, D> x;
+  std::vector<int> number;  // of the point in the cloud
+
+  void resize(std::size_t n) {
+    for (auto& coordinate : x) coordinate.resize(n + lanes);
+    number.resize(n + lanes);
+  }
+  std::array<const double*, D> coordinates() const {
+    std::array<const double*, D> all;
+    for (int a = 0; a < D; ++a) all[a] = x[a].data();
+    return all;
+  }
+};
+
+/// A coarse grid over the points, a few thousand to a cell, and the points sorted by cell. Cells are
+/// numbered so that near ones have near numbers.
+template <int D>
+class Grid {
  public:
-  Tree(const Cloud& cloud, double length)
-      : exponent_(cloud.size() > 0 ? std::ilogb(length) : 0),
-        points_{scaled(cloud, exponent_)},
-        index_(D, points_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size)) {
-    for (int a = 0; a < D; ++a) box_[a] = std::ldexp(cloud.box()[a], -exponent_);
-    collect_leaves(root());
-    ordered_.reserve(points_.x.size());
-    for (const int i : order()) ordered_.push_back(points_.x[i]);
+  Grid(const std::vector<Point<D>>& points, int threads) {
+    const int n = static_cast<int>(points.size());
+    const int chunk = 1 << 15, chunks = (n + chunk - 1) / chunk;
+    std::vector<Box<D>> boxes(chunks);
+    parallel_chunks(n, chunk, threads, [&](int begin, int end) {
+      Box<D> box{points[begin], points[begin]};
+      for (int i = begin; i < end; ++i) extend(box, points[i]);
+      boxes[begin / chunk] = box;
+    });
+    Box<D> all = boxes[0];
+    for (const auto& box : boxes) extend(all, box.low), extend(all, box.high);
+    divide(all, std::max(1, n / block_size));
+
+    // A counting sort, in chunks: where each chunk's points of each cell go.
+    std::vector<int> cell(n), place(static_cast<std::size_t>(chunks) * cells());
+    parallel_chunks(n, chunk, threads, [&](int begin, int end) {
+      int* const count = place.data() + static_cast<std::ptrdiff_t>(begin / chunk) * cells();
+      for (int i = begin; i < end; ++i) ++count[cell[i] = cell_of(points[i])];
+    });
+    begin_.push_back(0);
+    for (int c = 0, sum = 0; c < cells(); ++c) {
+      for (int k = 0; k < chunks; ++k)
+        sum += std::exchange(place[static_cast<std::size_t>(k) * cells() + c], sum);
+      begin_.push_back(sum);
+    }
+    sorted_.resize(n);
+    parallel_chunks(n, chunk, threads, [&](int begin, int end) {
+      int* const to = place.data() + static_cast<std::ptrdiff_t>(begin / chunk) * cells();
+      for (int i = begin; i < end; ++i) sorted_[to[cell[i]]++] = i;
+    });
   }
-  Tree(const Tree&) = delete;
 
-  int size() const { return static_cast<int>(points_.x.size()); }
-  double to_units(double length) const { return std::ldexp(length, -exponent_); }
-  double to_length(double units) const { return std::ldexp(units, exponent_); }
-  const Point<D>& box() const { return box_; }
-  const std::vector<Leaf>& leaves() const { return leaves_; }
-  /// Point k in tree order, and which point of the cloud it is.
-  const Point<D>& point(int k) const { return ordered_[k]; }
-  int number(int k) const { return order()[k]; }
+  int cells() const { return static_cast<int>(number_.size()); }
+  /// The points of cell c are sorted()[begin(c)] .. sorted()[begin(c + 1) - 1].
+  int begin(int c) const { return begin_[c]; }
+  const std::vector<int>& sorted() const { return sorted_; }
 
-  /// Calls visit(begin, end) for leaves that can hold points in [low, high], in tree order.
+  /// Appends the cells that can hold points of the box.
+  void cells_in(const Box<D>& box, std::vector<int>& found) const {
+    std::array<int, D> first, last;
+    for (int a = 0; a < D; ++a) {
+      first[a] = along(a, box.low[a]);
+      last[a] = along(a, box.high[a]);
+    }
+    const auto loop = [&](auto&& self, int a, int flat) -> void {
+      if (a == D) return found.push_back(number_[flat]);
+      for (int c = first[a]; c <= last[a]; ++c) self(self, a + 1, flat * count_[a] + c);
+    };
+    loop(loop, 0, 0);
+  }
+
+ private:
+  static void extend(Box<D>& box, const Point<D>& x) {
+    for (int a = 0; a < D; ++a) {
+      box.low[a] = std::min(box.low[a], x[a]);
+      box.high[a] = std::max(box.high[a], x[a]);
+    }
+  }
+
+  /// About so many cells, as nearly cubes as can be.
+  void divide(const Box<D>& box, int wanted) {
+    low_ = box.low;
+    double longest = 0;
+    for (int a = 0; a < D; ++a) longest = std::max(longest, box.high[a] - box.low[a]);
+    std::int64_t cells = 1;
+    const auto count_along = [&](int a, double edge) {
+      return edge > 0 ? static_cast<int>((box.high[a] - box.low[a]) / edge) + 1 : 1;
+    };
+    double edge = longest;
+    for (double next = edge; next > 0; next /= 1.1) {
+      cells = 1;
+      for (int a = 0; a < D; ++a) cells *= count_along(a, next);
+      if (cells > wanted) break;
+      edge = next;
+    }
+    cells = 1;
+    for (int a = 0; a < D; ++a) {
+      count_[a] = wanted > 1 ? count_along(a, edge) : 1;
+      per_cell_[a] = count_[a] > 1 ? 1 / edge : 0;
+      cells *= count_[a];
+    }
+    // The cells along a Z-shaped curve: by their coordinates' bits, interleaved.
+    std::vector<std::pair<std::uint64_t, int>> curve(cells);
+    for (int flat = 0; flat < cells; ++flat) {
+      std::uint64_t code = 0;
+      for (int a = D - 1, rest = flat; a >= 0; rest /= count_[a], --a)
+        for (int bit = 0; bit < 21; ++bit)
+          code |= static_cast<std::uint64_t>(rest % count_[a] >> bit & 1) << (bit * D + a);
+      curve[flat] = {code, flat};
+    }
+    std::ranges::sort(curve);
+    number_.resize(cells);
+    for (int c = 0; c < cells; ++c) number_[curve[c].second] = c;
+  }
+
+  /// Rounding is monotonic: what lies between two numbers is in a cell between theirs.
+  int along(int a, double x) const {
+    const double cell = (x - low_[a]) * per_cell_[a];
+    return cell > 0 ? std::min(static_cast<int>(std::min(cell, 1e9)), count_[a] - 1) : 0;
+  }
+  int cell_of(const Point<D>& x) const {
+    int flat = 0;
+    for (int a = 0; a < D; ++a) flat = flat * count_[a] + along(a, x[a]);
+    return number_[flat];
+  }
+
+  Point<D> low_, per_cell_;
+  std::array<int, D> count_;
+  std::vector<int> number_;  // of a cell, by its coordinates
+  std::vector<int> begin_, sorted_;
+};
+
+/// A k-d tree of nanoflann over some of the points.
+template <int D>
+class BlockTree {
+ public:
+  explicit BlockTree(std::vector<Point<D>> points)
+      : points_{std::move(points)},
+        index_(D, points_, nanoflann::KDTreeSingleIndexAdaptorParams(leaf_size)) {}
+  BlockTree(const BlockTree&) = delete;
+
+  /// Calls visit(begin, end) for the leaves, in tree order.
   template <class Visit>
-  void visit_leaves(const Point<D>& low, const Point<D>& high, const Visit& visit) const {
-    if (root()) descend(*root(), low, high, visit);
+  void for_each_leaf(const Visit& visit) const {
+    if (root()) descend(*root(), nullptr, visit);
+  }
+  /// .. that can hold points of the box.
+  template <class Visit>
+  void for_each_leaf_in(const Box<D>& box, const Visit& visit) const {
+    if (root()) descend(*root(), &box, visit);
   }
 
-  /// Squared distance from x to the nearest point other than i; infinity if there is none.
-  double nearest_squared(int i, const Point<D>& x) const {
-    std::array<int, 2> index;
-    std::array<double, 2> squared;
-    const auto found = index_.knnSearch(x.data(), 2, index.data(), squared.data());
-    for (std::size_t k = 0; k < found; ++k)
-      if (index[k] != i) return squared[k];
-    return std::numeric_limits<double>::infinity();
-  }
+#if NANOFLANN_VERSION >= 0x150
+  const std::vector<int>& order() const { return index_.vAcc_; }
+#else
+  const std::vector<int>& order() const { return index_.vAcc; }
+#endif
+  const Point<D>& point(int k) const { return points_.x[order()[k]]; }
+  void drop_points() { std::vector<Point<D>>().swap(points_.x); }
 
  private:
   struct Points {
@@ -90,56 +224,128 @@ class Tree {
 
 #if NANOFLANN_VERSION >= 0x150
   const Node* root() const { return index_.root_node_; }
-  const std::vector<int>& order() const { return index_.vAcc_; }
 #else
   const Node* root() const { return index_.root_node; }
-  const std::vector<int>& order() const { return index_.vAcc; }
 #endif
 
-  static std::vector<Point<D>> scaled(const Cloud& cloud, int exponent) {
-    const Positions wrapped = wrapped_positions(cloud);
-    std::vector<Point<D>> x(cloud.size());
-    for (int i = 0; i < cloud.size(); ++i)
-      for (int a = 0; a < D; ++a) {
-        x[i][a] = std::ldexp(wrapped(i, a), -exponent);
-        if (!std::isfinite(x[i][a]))
-          throw InvalidInput("a support near " + shortest(std::ldexp(1.0, exponent)) +
-                             " is lost in the rounding of point " + std::to_string(i) + " at " +
-                             coordinates(cloud.positions(), i));
-      }
-    return x;
-  }
-
-  void collect_leaves(const Node* node) {
-    if (!node) return;
-    if (!node->child1) {
-      const auto& range = node->node_type.lr;
-      leaves_.push_back({static_cast<int>(range.left), static_cast<int>(range.right)});
-    } else {
-      collect_leaves(node->child1);
-      collect_leaves(node->child2);
-    }
-  }
-
   template <class Visit>
-  static void descend(const Node& node, const Point<D>& low, const Point<D>& high,
-                      const Visit& visit) {
+  static void descend(const Node& node, const Box<D>* box, const Visit& visit) {
     if (!node.child1) {
       const auto& range = node.node_type.lr;
       visit(static_cast<int>(range.left), static_cast<int>(range.right));
       return;
     }
     const auto& split = node.node_type.sub;
-    if (low[split.divfeat] <= split.divlow) descend(*node.child1, low, high, visit);
-    if (high[split.divfeat] >= split.divhigh) descend(*node.child2, low, high, visit);
+    if (!box || box->low[split.divfeat] <= split.divlow) descend(*node.child1, box, visit);
+    if (!box || box->high[split.divfeat] >= split.divhigh) descend(*node.child2, box, visit);
+  }
+
+  Points points_;
+  Index index_;
+};
+
+/// The points in units of a power of two near the `length` that matters: the scaling is exact, and
+/// squared distances cannot overflow or vanish where they are compared. A k-d tree in each cell of a
+/// grid: they are small enough for the caches and are built in parallel.
+template <int D>
+class Tree {
+ public:
+  Tree(const Cloud& cloud, double length, int threads)
+      : exponent_(cloud.size() > 0 ? std::ilogb(length) : 0) {
+    for (int a = 0; a < D; ++a) box_[a] = std::ldexp(cloud.box()[a], -exponent_);
+    ordered_.resize(cloud.size());
+    if (cloud.size() == 0) return;
+    const std::vector<Point<D>> points = scaled(cloud, threads);
+    grid_.emplace(points, threads);
+    blocks_.resize(grid_->cells());
+    std::vector<std::vector<Leaf>> leaves(blocks_.size());
+    parallel_chunks(grid_->cells(), 1, threads, [&](int c, int) { build(points, c, leaves[c]); });
+    for (const auto& of_block : leaves)
+      leaves_.insert(leaves_.end(), of_block.begin(), of_block.end());
+  }
+  Tree(const Tree&) = delete;
+
+  int size() const { return static_cast<int>(ordered_.number.size()) - lanes; }
+  double to_units(double length) const { return std::ldexp(length, -exponent_); }
+  double to_length(double units) const { return std::ldexp(units, exponent_); }
+  const Point<D>& box() const { return box_; }
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+  /// The points in tree order; those of a leaf ascend.
+  const PointArrays<D>& points() const { return ordered_; }
+  int number(int k) const { return ordered_.number[k]; }
+  Point<D> point(int k) const {
+    Point<D> x;
+    for (int a = 0; a < D; ++a) x[a] = ordered_.x[a][k];
+    return x;
+  }
+
+  /// Calls visit(begin, end) for leaves that can hold points of the box, in tree order. `cells` is
+  /// memory that can be used again.
+  template <class Visit>
+  void visit_leaves(const Box<D>& box, std::vector<int>& cells, const Visit& visit) const {
+    cells.clear();
+    grid_->cells_in(box, cells);
+    std::ranges::sort(cells);
+    for (const int c : cells)
+      if (blocks_[c])
+        blocks_[c]->for_each_leaf_in(box, [&](int begin, int end) {
+          visit(grid_->begin(c) + begin, grid_->begin(c) + end);
+        });
+  }
+
+ private:
+  static std::vector<Point<D>> scaled(const Cloud& cloud, int exponent, int threads,
+                                      const Positions& positions) {
+    // In two steps, neither of which can overflow where the result does not.
+    const double half = std::ldexp(1.0, -exponent / 2);
+    const double rest = std::ldexp(1.0, -exponent - -exponent / 2);
+    std::vector<Point<D>> x(cloud.size());
+    parallel_chunks(cloud.size(), 1 << 15, threads, [&](int begin, int end) {
+      for (int i = begin; i < end; ++i)
+        for (int a = 0; a < D; ++a) {
+          x[i][a] = positions.data()[std::ptrdiff_t{i} * D + a] * half * rest;
+          if (!std::isfinite(x[i][a]))
+            throw InvalidInput("a support near " + shortest(std::ldexp(1.0, exponent)) +
+                               " is lost in the rounding of point " + std::to_string(i) + " at " +
+                               coordinates(cloud.positions(), i));
+        }
+    });
+    return x;
+  }
+  std::vector<Point<D>> scaled(const Cloud& cloud, int threads) const {
+    const bool periodic =
+        std::ranges::any_of(cloud.box(), [](double length) { return length > 0; });
+    return periodic ? scaled(cloud, exponent_, threads, wrapped_positions(cloud))
+                    : scaled(cloud, exponent_, threads, cloud.positions());
+  }
+
+  void build(const std::vector<Point<D>>& points, int c, std::vector<Leaf>& leaves) {
+    const int first = grid_->begin(c), count = grid_->begin(c + 1) - first;
+    if (count == 0) return;
+    std::vector<Point<D>> own(count);
+    const int* const number = grid_->sorted().data() + first;
+    for (int k = 0; k < count; ++k) own[k] = points[number[k]];
+    blocks_[c] = std::make_unique<BlockTree<D>>(std::move(own));
+    BlockTree<D>& tree = *blocks_[c];
+    std::vector<int> order = tree.order();
+    tree.for_each_leaf([&](int begin, int end) {
+      leaves.push_back({first + begin, first + end});
+      std::sort(order.begin() + begin, order.begin() + end);  // so are their numbers, then
+    });
+    for (int k = 0; k < count; ++k) {
+      const int i = number[order[k]];
+      ordered_.number[first + k] = i;
+      for (int a = 0; a < D; ++a) ordered_.x[a][first + k] = points[i][a];
+    }
+    tree.drop_points();
   }
 
   int exponent_;
-  Points points_;
-  Index index_;
   Point<D> box_;
+  std::optional<Grid<D>> grid_;
+  std::vector<std::unique_ptr<BlockTree<D>>> blocks_;
   std::vector<Leaf> leaves_;
-  std::vector<Point<D>> ordered_;
+  PointArrays<D> ordered_;
 };
 
 /// Calls visit(shift) for every combination of -length, 0, +length in the periodic directions.
@@ -157,97 +363,155 @@ void for_each_image(const Point<D>& box, const Visit& visit) {
   loop(loop, 0);
 }
 
-/// Finds the neighbours of all points of a leaf together: the tree is walked once for the leaf's
+/// Finds the neighbours of all points of a leaf together: the trees are walked once for the leaf's
 /// box widened by the support, and the candidates found, sorted once, are tested for each point.
 template <int D>
 class LeafSearch {
  public:
+  /// Candidates, in no order, for those of the points from leaf.begin to leaf.end.
   void gather(const Tree<D>& tree, Leaf leaf, double reach) {
-    Point<D> low = tree.point(leaf.begin);
-    Point<D> high = low;
-    for (int k = leaf.begin; k < leaf.end; ++k)
-      for (int a = 0; a < D; ++a) {
-        low[a] = std::min(low[a], tree.point(k)[a]);
-        high[a] = std::max(high[a], tree.point(k)[a]);
+    Box<D> box{tree.point(leaf.begin), tree.point(leaf.begin)};
+    for (int a = 0; a < D; ++a) {
+      const double* const x = tree.points().x[a].data();
+      for (int k = leaf.begin; k < leaf.end; ++k) {
+        box.low[a] = std::min(box.low[a], x[k]);
+        box.high[a] = std::max(box.high[a], x[k]);
       }
-    for (int a = 0; a < D; ++a) low[a] -= reach, high[a] += reach;
-
-    candidates_.clear();
-    periodic_ = false;
-    for_each_image<D>(tree.box(), [&](const Point<D>& shift) { gather(tree, low, high, shift); });
-    const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
-    if (!std::is_sorted(candidates_.begin(), candidates_.end(), by_number))
-      std::sort(candidates_.begin(), candidates_.end(), by_number);
-
-    numbers_.resize(candidates_.size());
-    squared_.resize(candidates_.size());
-    for (int a = 0; a < D; ++a) x_[a].resize(candidates_.size());
-    for (std::size_t c = 0; c < candidates_.size(); ++c) {
-      numbers_[c] = candidates_[c].number;
-      for (int a = 0; a < D; ++a) x_[a][c] = candidates_[c].x[a];
+      box.low[a] -= reach, box.high[a] += reach;
     }
+    count_ = 0;
+    runs_.assign(1, 0);
+    periodic_ = false;
+    for_each_image<D>(tree.box(), [&](const Point<D>& shift) { gather(tree, box, shift); });
+    make_room(lanes);
+    for (int a = 0; a < D; ++a)
+      std::fill_n(candidates_.x[a].begin() + count_, lanes,
+                  std::numeric_limits<double>::infinity());
   }
 
-  /// The neighbours of point i at x, ascending, are appended to `found`, unless another point has no
-  /// distance from it.
+  /// Sorts the candidates by number: they came in runs that ascend, which are merged two by two.
+  void sort() {
+    if (std::is_sorted(candidates_.number.begin(), candidates_.number.begin() + count_)) return;
+    keys_.resize(count_);
+    merged_.resize(count_);
+    for (int c = 0; c < count_; ++c)
+      keys_[c] = static_cast<std::uint64_t>(candidates_.number[c]) << 32 | static_cast<unsigned>(c);
+    while (runs_.size() > 2) {
+      std::size_t to = 1;
+      for (std::size_t r = 0; r + 1 < runs_.size(); r += 2) {
+        const std::size_t last = std::min(r + 2, runs_.size() - 1);
+        merge(runs_[r], runs_[r + 1], runs_[last]);
+        runs_[to++] = runs_[last];
+      }
+      runs_.resize(to);
+      keys_.swap(merged_);
+    }
+    sorted_.resize(candidates_.number.size() - lanes);
+    for (int c = 0; c < count_; ++c) {
+      sorted_.number[c] = static_cast<int>(keys_[c] >> 32);
+      for (int a = 0; a < D; ++a)
+        sorted_.x[a][c] = candidates_.x[a][static_cast<std::uint32_t>(keys_[c])];
+    }
+    for (int a = 0; a < D; ++a)
+      std::fill_n(sorted_.x[a].begin() + count_, lanes, std::numeric_limits<double>::infinity());
+    std::swap(candidates_, sorted_);
+  }
+
   struct Found {
-    std::int64_t count;
+    int count;
     bool coincides;
   };
-  Found append(int i, const Point<D>& x, double support, std::vector<int>& found) {
-    const int candidates = static_cast<int>(numbers_.size());
-    for (int c = 0; c < candidates; ++c) squared_[c] = square(x_[0][c] - x[0]);
-    for (int a = 1; a < D; ++a)
-      for (int c = 0; c < candidates; ++c) squared_[c] += square(x_[a][c] - x[a]);
-
-    const std::size_t before = found.size();
-    found.resize(before + candidates);
-    int* end = found.data() + before;
-    int zeros = 0;
-    for (int c = 0; c < candidates; ++c) {
-      *end = numbers_[c];
-      end += (squared_[c] < square(support)) & (numbers_[c] != i);
-      zeros += squared_[c] == 0;
-    }
+  /// How many numbers select() can write.
+  int most() const { return count_ + lanes; }
+  /// Writes the neighbours of the point at x, in the candidates' order, unless another point has no
+  /// distance from it.
+  Found select(const Point<D>& x, double support, int* found) const {
+    int coincident = 0;
+    int count =
+        simd().candidates.select[D - 1](coordinates().data(), candidates_.number.data(), count_,
+                                        x.data(), support * support, found, &coincident);
     // At half a box, rounding can let two images of the same point pass.
-    if (periodic_) end = std::unique(found.data() + before, end);
-    const Found result{end - (found.data() + before), zeros > 1};
-    found.resize(result.coincides ? before : before + static_cast<std::size_t>(result.count));
-    return result;
+    if (periodic_) count = static_cast<int>(std::unique(found, found + count) - found);
+    return {coincident > 1 ? 0 : count, coincident > 1};
+  }
+
+  double nearest_squared(int i, const Point<D>& x) const {
+    return simd().candidates.nearest[D - 1](coordinates().data(), candidates_.number.data(), count_,
+                                            x.data(), i);
   }
 
  private:
-  struct Candidate {
-    int number;
-    Point<D> x;
-  };
+  std::array<const double*, D> coordinates() const { return candidates_.coordinates(); }
 
-  static double square(double x) { return x * x; }
-
-  void gather(const Tree<D>& tree, const Point<D>& low, const Point<D>& high,
-              const Point<D>& shift) {
-    Point<D> near_low, near_high;
-    for (int a = 0; a < D; ++a) near_low[a] = low[a] - shift[a], near_high[a] = high[a] - shift[a];
-    const std::size_t before = candidates_.size();
-    tree.visit_leaves(near_low, near_high, [&](int begin, int end) {
-      for (int k = begin; k < end; ++k) {
-        Candidate c{tree.number(k), tree.point(k)};
-        bool inside = true;
-        for (int a = 0; a < D; ++a) {
-          inside &= c.x[a] >= near_low[a] && c.x[a] <= near_high[a];
-          c.x[a] += shift[a];
-        }
-        if (inside) candidates_.push_back(c);
-      }
-    });
-    periodic_ |= candidates_.size() > before && shift != Point<D>{};
+  void make_room(int more) {
+    const auto wanted = static_cast<std::size_t>(count_ + more);
+    if (candidates_.number.size() < wanted + lanes) candidates_.resize(2 * wanted);
   }
 
-  std::vector<Candidate> candidates_;
-  std::vector<int> numbers_;
-  std::array<std::vector<double>, D> x_;
-  std::vector<double> squared_;
+  void gather(const Tree<D>& tree, const Box<D>& box, const Point<D>& shift) {
+    Box<D> image = box;
+    for (int a = 0; a < D; ++a) image.low[a] -= shift[a], image.high[a] -= shift[a];
+    const int before = count_;
+    const auto from = tree.points().coordinates();
+    tree.visit_leaves(image, cells_, [&](int begin, int end) {
+      make_room(end - begin);
+      std::array<double*, D> to;
+      for (int a = 0; a < D; ++a) to[a] = candidates_.x[a].data() + count_;
+      const int added = simd().candidates.filter[D - 1](
+          from.data(), tree.points().number.data(), begin, end, image.low.data(), image.high.data(),
+          shift.data(), to.data(), candidates_.number.data() + count_);
+      if (added == 0) return;
+      const bool ascends =
+          count_ == 0 || candidates_.number[count_ - 1] < candidates_.number[count_];
+      count_ += added;
+      if (ascends && runs_.size() > 1)
+        runs_.back() = count_;
+      else
+        runs_.push_back(count_);
+    });
+    periodic_ |= count_ > before && shift != Point<D>{};
+  }
+
+  void merge(int begin, int middle, int end) {
+    const std::uint64_t* a = keys_.data() + begin;
+    const std::uint64_t* b = keys_.data() + middle;
+    const std::uint64_t *const a_end = b, *const b_end = keys_.data() + end;
+    std::uint64_t* to = merged_.data() + begin;
+    while (a < a_end && b < b_end) {
+      const bool second = *b < *a;
+      *to++ = second ? *b : *a;
+      a += !second;
+      b += second;
+    }
+    std::copy(b, b_end, std::copy(a, a_end, to));
+  }
+
+  int count_ = 0;
+  PointArrays<D> candidates_, sorted_;
+  std::vector<int> runs_;   // where runs of ascending numbers end, after a 0
+  std::vector<int> cells_;  // memory for visit_leaves()
+  std::vector<std::uint64_t> keys_, merged_;
   bool periodic_ = false;
+};
+
+/// Memory that threads take pieces of; it stays where it is until the end.
+class Slabs {
+ public:
+  int* take(std::size_t count) {
+    const std::lock_guard lock(mutex_);
+    if (slabs_.empty() || used_ + count > capacity_) {
+      capacity_ = std::max<std::size_t>(count, std::size_t{1} << 22);
+      slabs_.push_back(std::make_unique_for_overwrite<int[]>(capacity_));
+      prefer_large_pages(slabs_.back().get(), capacity_ * sizeof(int));
+      used_ = 0;
+    }
+    return slabs_.back().get() + std::exchange(used_, used_ + count);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<int[]>> slabs_;
+  std::size_t used_ = 0, capacity_ = 0;
 };
 
 void check_supports(const Cloud& cloud, const Eigen::VectorXd& supports) {
@@ -319,14 +583,16 @@ double estimated_neighbours(const Tree<D>& tree, const Neighbours& near) {
   const auto leaf_count = static_cast<std::int64_t>(tree.leaves().size());
   const auto samples = std::min<std::int64_t>(leaf_count, leaves_for_estimate);
   LeafSearch<D> search;
+  std::vector<int> found;
   double sum = 0;
   for (std::int64_t s = 0; s < samples; ++s) {
     const Leaf leaf = tree.leaves()[s * leaf_count / samples];
     gather(search, tree, near, leaf);
-    const int i = tree.number(leaf.begin);
-    std::vector<int> found;
-    const double support = tree.to_units(near.support(i));
-    sum += static_cast<double>(search.append(i, tree.point(leaf.begin), support, found).count);
+    found.resize(search.most());
+    const double support = tree.to_units(near.support(tree.number(leaf.begin)));
+    const auto row = search.select(tree.point(leaf.begin), support, found.data());
+    // Points that coincide are all candidates.
+    sum += row.coincides ? search.most() : row.count;
   }
   return sum / static_cast<double>(samples) * tree.size();
 }
@@ -337,7 +603,7 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
   Neighbours near{Eigen::VectorXi::Zero(n + 1), {}, supports};
   if (n == 0) return near;
   const double largest = supports.maxCoeff();
-  const Tree<D> tree(cloud, largest);
+  const Tree<D> tree(cloud, largest, threads);
   const auto& leaves = tree.leaves();
   const int leaf_count = static_cast<int>(leaves.size());
 
@@ -346,38 +612,47 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
       estimate > 1.25 * std::numeric_limits<int>::max())
     check_entries(estimate, cloud, largest);
 
-  std::vector<std::vector<int>> chunks(  // rows in tree order, end to end
+  Slabs slabs;
+  std::vector<const int*> chunks(  // rows in tree order, end to end
       (leaf_count + leaves_per_chunk - 1) / leaves_per_chunk);
   std::atomic<std::int64_t> total = 0;
   std::atomic<bool> coincident = false;
-  const auto search_chunk = [&, search = LeafSearch<D>()](int begin, int end) mutable {
-    std::vector<int>& found = chunks[begin / leaves_per_chunk];
+  const auto search_chunk = [&, search = LeafSearch<D>(), found = std::vector<int>()](
+                                int begin, int end) mutable {
+    std::size_t size = 0;
     for (int l = begin; l < end; ++l) {
       gather(search, tree, near, leaves[l]);
+      search.sort();
       for (int k = leaves[l].begin; k < leaves[l].end; ++k) {
         const int i = tree.number(k);
-        const auto row = search.append(i, tree.point(k), tree.to_units(near.support(i)), found);
-        near.offsets[i + 1] = static_cast<int>(row.count);
+        if (found.size() < size + search.most()) found.resize(2 * (size + search.most()));
+        const auto row =
+            search.select(tree.point(k), tree.to_units(near.support(i)), found.data() + size);
+        near.offsets[i + 1] = row.count;
+        size += row.count;
         if (row.coincides) coincident = true;
       }
     }
-    total += static_cast<std::int64_t>(found.size());
+    total += static_cast<std::int64_t>(size);
     check_entries(static_cast<double>(total), cloud, largest);
+    int* const kept = slabs.take(size);
+    std::copy_n(found.data(), size, kept);
+    chunks[begin / leaves_per_chunk] = kept;
   };
   parallel_chunks(leaf_count, leaves_per_chunk, threads, search_chunk);
   if (coincident) throw_coincident(cloud, largest);
   for (int i = 0; i < n; ++i) near.offsets[i + 1] += near.offsets[i];
 
   near.indices.resize(total.load());
+  prefer_large_pages(near.indices.data(), sizeof(int) * near.indices.size());
+  near.order.resize(n);
   parallel_chunks(leaf_count, leaves_per_chunk, threads, [&](int begin, int end) {
-    std::vector<int>& found = chunks[begin / leaves_per_chunk];
-    const int* row = found.data();
+    const int* row = chunks[begin / leaves_per_chunk];
     for (int k = leaves[begin].begin; k < leaves[end - 1].end; ++k) {
-      const int i = tree.number(k);
+      const int i = near.order[k] = tree.number(k);
       std::copy_n(row, near.count(i), near.indices.data() + near.offsets[i]);
       row += near.count(i);
     }
-    std::vector<int>().swap(found);
   });
   check_isolation(cloud, near);
   return near;
@@ -389,7 +664,7 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points,
   const int count = static_cast<int>(points.size());
   Neighbours near{Eigen::VectorXi::Zero(count + 1), {}, supports};
   if (count == 0) return near;
-  const Tree<D> tree(cloud, supports.maxCoeff());
+  const Tree<D> tree(cloud, supports.maxCoeff(), threads);
   std::vector<int> place(cloud.size());  // in tree order
   for (int k = 0; k < tree.size(); ++k) place[tree.number(k)] = k;
 
@@ -399,7 +674,9 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points,
       const int at = place[points[k]];
       const double support = tree.to_units(supports[k]);
       search.gather(tree, {at, at + 1}, support);
-      search.append(points[k], tree.point(at), support, rows[k]);
+      search.sort();
+      rows[k].resize(search.most());
+      rows[k].resize(search.select(tree.point(at), support, rows[k].data()).count);
     }
   });
   double entries = 0;
@@ -413,23 +690,29 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points,
   return near;
 }
 
+/// Leaf by leaf: the distances within it say how far to look outside.
 template <int D>
 Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
   Eigen::VectorXd distance(cloud.size());
   if (cloud.size() == 0) return distance;
   const double extent = cloud.positions().cwiseAbs().maxCoeff();
-  const Tree<D> tree(cloud, extent > 0 ? extent : 1);
-  parallel_chunks(cloud.size(), 1024, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      double squared = std::numeric_limits<double>::infinity();
-      for_each_image<D>(tree.box(), [&](const Point<D>& shift) {
-        Point<D> x = tree.point(k);
-        for (int a = 0; a < D; ++a) x[a] += shift[a];
-        squared = std::min(squared, tree.nearest_squared(tree.number(k), x));
-      });
-      distance[tree.number(k)] = tree.to_length(std::sqrt(squared));
-    }
-  });
+  const Tree<D> tree(cloud, extent > 0 ? extent : 1, threads);
+  parallel_chunks(static_cast<int>(tree.leaves().size()), leaves_per_chunk, threads,
+                  [&, search = LeafSearch<D>()](int begin, int end) mutable {
+                    for (int l = begin; l < end; ++l) {
+                      const Leaf leaf = tree.leaves()[l];
+                      double squared_reach = 0;
+                      search.gather(tree, leaf, 0);
+                      for (int k = leaf.begin; k < leaf.end; ++k)
+                        squared_reach = std::max(
+                            squared_reach, search.nearest_squared(tree.number(k), tree.point(k)));
+                      // One more digit, so that rounding does not lose who is just there.
+                      search.gather(tree, leaf, std::sqrt(squared_reach) * (1 + 1e-14));
+                      for (int k = leaf.begin; k < leaf.end; ++k)
+                        distance[tree.number(k)] = tree.to_length(
+                            std::sqrt(search.nearest_squared(tree.number(k), tree.point(k))));
+                    }
+                  });
   return distance;
 }
 
@@ -458,6 +741,20 @@ Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {
                   [&](auto d) { return nearest<decltype(d)::value>(cloud, threads); });
 }
 
+Reordered reorder(const Cloud& cloud, int threads) {
+  checked_threads(threads);
+  std::vector<int> order(cloud.size());
+  if (cloud.size() > 0)
+    dispatch(cloud.dimension(), [&](auto d) {
+      const double extent = cloud.positions().cwiseAbs().maxCoeff();
+      const Tree<decltype(d)::value> tree(cloud, extent > 0 ? extent : 1, threads);
+      for (int k = 0; k < cloud.size(); ++k) order[k] = tree.number(k);
+    });
+  CloudOptions options{.box = cloud.box()};
+  if (cloud.has_volumes()) options.volumes = cloud.volumes()(order);
+  return {Cloud(cloud.positions()(order, Eigen::all), std::move(options)), std::move(order)};
+}
+
 Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                        const Kernel& kernel, int threads) {
   check_match(cloud, near);
@@ -465,18 +762,22 @@ Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& nea
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     Eigen::VectorXd volumes(cloud.size());
+    const BatchPoints points = batch_points(cloud, near, kernel, volumes);
+    const int* const order = near.order.size() > 0 ? near.order.data() : nullptr;
     parallel_chunks(cloud.size(), 1024, threads, [&](int begin, int end) {
-      for (int i = begin; i < end; ++i) {
-        const double h = near.support(i);
-        double sum = kernel.profile(0).w;
-        for (const int j : near.of(i))
-          sum += kernel.profile(std::min((displacement<D>(cloud, i, j) / h).norm(), 1.0)).w;
-        volumes[i] = std::pow(h, D) / (kernel.normalisation[D - 1] * sum);
-        if (!(std::isnormal(volumes[i]) && volumes[i] > 0))
-          throw InvalidInput("the number density of point " + std::to_string(i) + " with support " +
-                             shortest(h) + " is beyond the range of a double");
-      }
+      simd().batch.density[D - 1](points, near.offsets.data(), near.indices.data(),
+                                  order ? order + begin : nullptr, begin, end - begin,
+                                  volumes.data());
     });
+    for (int i = 0; i < cloud.size(); ++i) {
+      const double h = near.support(i);
+      double unit = 1 / kernel.normalisation[D - 1];
+      for (int a = 0; a < D; ++a) unit *= h;
+      volumes[i] *= unit;
+      if (!(std::isnormal(volumes[i]) && volumes[i] > 0))
+        throw InvalidInput("the number density of point " + std::to_string(i) + " with support " +
+                           shortest(h) + " is beyond the range of a double");
+    }
     return volumes;
   });
 }

@@ -117,5 +117,27 @@ TEST(Lattice, NumbersAreChecked) {
   EXPECT_THROW(make_cloud(Lattice{.lower = -1, .periodic = true}), InvalidInput);
 }
 
+TEST(Reorder, KeepsThePointsAndBringsNearOnesTogether) {
+  for (const int d : {1, 2, 3}) {
+    const Cloud cloud = periodic(irregular_cloud(d, d == 1 ? 20'000 : d == 2 ? 150 : 28));
+    const Reordered reordered = reorder(cloud);
+    std::vector<int> sorted = reordered.order;
+    std::ranges::sort(sorted);
+    for (int i = 0; i < cloud.size(); ++i) ASSERT_EQ(sorted[i], i);
+    EXPECT_EQ(reordered.cloud.positions(), cloud.positions()(reordered.order, Eigen::all));
+    EXPECT_EQ(reordered.cloud.volumes(), cloud.volumes()(reordered.order));
+    EXPECT_EQ(reordered.cloud.box(), cloud.box());
+    // The median distance in memory of the points within two spacings: a leaf or two.
+    const Neighbours near = find_neighbours(reordered.cloud, 2 * cloud.spacing());
+    std::vector<int> jumps;
+    for (int i = 0; i < near.size(); ++i)
+      for (const int j : near.of(i)) jumps.push_back(std::abs(i - j));
+    std::ranges::nth_element(jumps, jumps.begin() + jumps.size() / 2);
+    EXPECT_LT(jumps[jumps.size() / 2], 50);
+    EXPECT_EQ(reorder(cloud, 1).order, reorder(cloud, 3).order);
+  }
+  EXPECT_EQ(reorder(Cloud(Positions(0, 2))).cloud.size(), 0);
+}
+
 }  // namespace
 }  // namespace gradpsi

@@ -31,9 +31,10 @@ TYPED_TEST(Invert, GivesTheInverseAndTheExactConditionNumber) {
       const Matrix A = is_definite ? definite : general;
       const Inverse<M> result = is_definite ? invert<true>(A) : invert<false>(A);
       const Matrix expected = A.fullPivLu().inverse();
-      const double condition = one_norm(A) * one_norm(expected);
+      const double condition = one_norm<M>(A) * one_norm<M>(expected);
       EXPECT_NEAR(result.reciprocal_condition * condition, 1, 1e-14 * condition);
-      EXPECT_LT(one_norm(Matrix(result.matrix - expected)), 1e-14 * condition * one_norm(expected));
+      EXPECT_LT(one_norm<M>(Matrix(result.matrix - expected)),
+                1e-14 * condition * one_norm<M>(expected));
     }
   }
 }

@@ -219,7 +219,8 @@ TEST(Positive, ARowWithoutOneFollowsThePolicy) {
   const Operator lowered = assemble(positive, cloud, near, {.on_degenerate = OnDegenerate::Lower});
   const Operator zoc = assemble("laplacian-mixed-zoc", cloud, near);
   EXPECT_EQ(lowered.rows.outcome[0], RowOutcome::Lowered);
-  EXPECT_EQ(Eigen::RowVectorXd(lowered.matrix().row(0)), Eigen::RowVectorXd(zoc.matrix().row(0)));
+  const Eigen::RowVectorXd row = zoc.matrix().row(0);
+  EXPECT_LT((lowered.matrix().row(0) - row).norm(), 1e-14 * row.norm());
   // Where an interior row has none, a larger support can help.
   const Neighbours few = find_neighbours(cloud, 1.3 * cloud.spacing());
   const Operator narrow = assemble(positive, cloud, few, {.on_degenerate = OnDegenerate::Zero});

@@ -91,4 +91,19 @@ struct Operator {
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                   const AssemblyOptions& options = {});
 
+/// Several operators from one pass over the points, in the order of `schemes`; each as if assembled
+/// alone. A gradient and a Laplacian by least squares of the same degree share their systems.
+std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& cloud,
+                               const Neighbours& near, const AssemblyOptions& options = {});
+
+/// Puts new values in the place of those of `op`, which assemble() made with the same `near` and the
+/// same options.rows: for points that have moved within one neighbour list, or another scheme for the
+/// same derivative. No memory that grows with the cloud is allocated but for number_density_volumes().
+///
+/// @throws InvalidInput  as assemble(); if `op` has another pattern; if the pattern depends on the
+///   values: laplacian-positive, or policy Widen
+/// @throws StencilError  as assemble(); `op` then holds what could be computed
+void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
+                const AssemblyOptions& options = {});
+
 }  // namespace gradpsi

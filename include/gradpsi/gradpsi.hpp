@@ -11,3 +11,4 @@
 #include "gradpsi/neighbours.hpp"
 #include "gradpsi/scheme.hpp"
 #include "gradpsi/solver.hpp"
+#include "gradpsi/spmv.hpp"

@@ -14,6 +14,9 @@ struct Neighbours {
   Eigen::VectorXi offsets;   ///< n + 1; row i is indices[offsets[i]] .. indices[offsets[i + 1] - 1]
   Eigen::VectorXi indices;   ///< 0-based points
   Eigen::VectorXd supports;  ///< h: one for all points, or n, one per row
+  /// All points, near ones close to one another: the order in which rows are worked on, for the sake of
+  /// the caches; no result depends on it. Empty: 0, 1, 2, ..
+  Eigen::VectorXi order = {};
 
   int size() const { return static_cast<int>(offsets.size()) - 1; }
   int count(int i) const { return offsets[i + 1] - offsets[i]; }

@@ -1,0 +1,76 @@
+#pragma once
+
+#include "profiles.hpp"
+
+namespace gradpsi {
+
+// Rows of second and lower order, several at a time: the vector code behind assemble(). Neighbours are
+// worked on W at a time, then the moment systems of W rows together.
+
+/// phi(r) of a scheme times h^(d+2) / s_d (diffuse-ns: h^(d+1)) at q = r/h: a sum of the kernel's values.
+struct Phi {
+  double w = 0, w_over_q = 0, w_over_q2 = 0, dw_over_q = 0, d2w = 0;
+  bool operator==(const Phi&) const = default;
+};
+
+/// The form of a row's weights: none but phi, or phi times a combination of s; of s and s s^T; of s and
+/// e e^T, where the conditions are still those on s and s s^T.
+enum class Form { Zoc, Linear, Quadratic, Directions };
+
+/// The cloud and its kernel, as plain arrays.
+struct BatchPoints {
+  const double* x;        // n x D
+  const double* volumes;  // n
+  double box[3];          // 0: open
+  Shape shape;
+  Profile (*profile)(double);
+  double normalisation;    // s_d
+  const double* supports;  // one, or n
+  bool one_support;
+};
+
+/// Where the rows of one matrix, or of several on one pattern, are.
+struct BatchRows {
+  const int* outer;   // row k holds entries outer[k] to outer[k + 1], the diagonal among them
+  const int* inner;   // their columns
+  const int* points;  // row k is about points[k]; null: k
+};
+
+/// What is asked of each row: matrices of one system of equations.
+struct BatchSystem {
+  Phi phi;
+  Form form;
+  int zoc_power;       // uncorrected weights want h to this power as a factor
+  bool least_squares;  // |phi| weighs, and the scaled matrix is judged
+  double limit;  // least reciprocal condition number of the matrix, or of it after scaling its
+                 // diagonal to 1
+  double* gradient[3];  // values, entry by entry; null: not wanted
+  double* laplacian;
+  double* reciprocal_condition;  // one a row, of the matrix as it is
+  unsigned char* solved;  // whether the row's values can be used; it is otherwise left half done
+};
+
+/// Does what is asked for the rows order[0] .. order[count - 1] (null: first, first + 1, ..).
+/// `memory` has room for batch_memory() doubles, aligned to 64 bytes.
+using BatchFunction = void (*)(const BatchPoints& points, const BatchRows& rows, const int* order,
+                               int first, int count, const BatchSystem* systems, int system_count,
+                               int most_entries, double* memory);
+
+/// 1 / sum_j W_ij, j = i included, of rows order[0] .. order[count - 1], in units of h^d / s_d.
+using DensityFunction = void (*)(const BatchPoints& points, const int* offsets, const int* indices,
+                                 const int* order, int first, int count, double* volumes);
+
+struct BatchKernels {
+  BatchFunction solve[3];  // by dimension - 1
+  DensityFunction density[3];
+};
+
+/// Room for W = 8 rows of up to `most_entries` entries.
+constexpr long batch_memory(int dimension, int most_entries) {
+  return 8L * (dimension + 4) * ((most_entries + 7) / 8 * 8);
+}
+
+template <int W>
+BatchKernels batch_kernels();
+
+}  // namespace gradpsi

@@ -1,0 +1,95 @@
+#pragma once
+
+namespace gradpsi {
+
+// The vector code is compiled several times, for W = 2 (any x86-64), 4 (AVX2) and 8 (AVX-512) doubles an
+// instruction, each time into functions of its own, all of them templates over W. Files compiled so
+// include nothing that defines other functions: the linker would take one copy of those for everyone.
+
+template <int W>
+struct LanesOf {
+  typedef double Type __attribute__((vector_size(W * sizeof(double))));
+};
+
+/// W doubles that are worked on together.
+template <int W>
+using Lanes = typename LanesOf<W>::Type;
+
+template <int W>
+[[gnu::always_inline]] inline Lanes<W> load(const double* from) {
+  Lanes<W> v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+
+template <class V>
+[[gnu::always_inline]] inline void store(double* to, V v) {
+  __builtin_memcpy(to, &v, sizeof v);
+}
+
+/// All lanes x; x - 0, as x + 0 would turn -0 into 0.
+template <int W>
+[[gnu::always_inline]] inline Lanes<W> all(double x) {
+  return x - Lanes<W>{};
+}
+
+[[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
+
+template <class V>
+[[gnu::always_inline]] inline V square_root(V v) {
+  constexpr int lanes = sizeof(V) / sizeof(double);
+#if defined(__AVX512F__)
+  if constexpr (lanes == 8)
+    return __builtin_ia32_sqrtpd512_mask(v, v, -1, 4);  // 4: as rounding is set
+#endif
+#if defined(__AVX__)
+  if constexpr (lanes == 4) return __builtin_ia32_sqrtpd256(v);
+#endif
+  for (int l = 0; l < lanes; ++l) v[l] = __builtin_sqrt(v[l]);
+  return v;
+}
+
+template <class V>
+[[gnu::always_inline]] inline double sum_of_lanes(V v) {
+  constexpr int lanes = sizeof(V) / sizeof(double);
+  double sum[lanes];
+  store(sum, v);
+  for (int half = lanes / 2; half > 0; half /= 2)
+    for (int l = 0; l < half; ++l) sum[l] += sum[l + half];
+  return sum[0];
+}
+
+template <int W>
+struct ShuffleOf {
+  typedef long long Type __attribute__((vector_size(W * sizeof(long long))));
+};
+
+/// Lane l of the result is, in lanes whose bit `stride` is not set, a[l] + a[l + stride], in the others
+/// b[l - stride] + b[l].
+template <int W, int stride>
+[[gnu::always_inline]] inline Lanes<W> fold(Lanes<W> a, Lanes<W> b) {
+  typename ShuffleOf<W>::Type low, high;
+  for (int l = 0; l < W; ++l) {
+    const int from = l & stride ? W : 0;
+    low[l] = from + (l & ~stride);
+    high[l] = from + (l | stride);
+  }
+  return __builtin_shuffle(a, b, low) + __builtin_shuffle(a, b, high);
+}
+
+/// Lane r of the result is the sum of the lanes of v[r * step], r < W.
+template <int W>
+[[gnu::always_inline]] inline Lanes<W> sums(const Lanes<W>* v, int step) {
+  if constexpr (W == 2) {
+    return fold<2, 1>(v[0], v[step]);
+  } else if constexpr (W == 4) {
+    return fold<4, 2>(fold<4, 1>(v[0], v[step]), fold<4, 1>(v[2 * step], v[3 * step]));
+  } else {
+    static_assert(W == 8);
+    return fold<8, 4>(
+        fold<8, 2>(fold<8, 1>(v[0], v[step]), fold<8, 1>(v[2 * step], v[3 * step])),
+        fold<8, 2>(fold<8, 1>(v[4 * step], v[5 * step]), fold<8, 1>(v[6 * step], v[7 * step])));
+  }
+}
+
+}  // namespace gradpsi

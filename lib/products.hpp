@@ -1,0 +1,30 @@
+#pragma once
+
+namespace gradpsi {
+
+// The vector code behind the sparse products.
+
+/// Up to three matrices of one pattern, and up to four vectors.
+template <class Value>
+struct ProductArguments {
+  const int* outer;
+  const int* inner;
+  const Value* values[3];
+  const double* x[4];
+  double* y[4];  // of several matrices and one vector, or of one matrix and several vectors
+};
+
+/// Rows begin to end of the products; y[..][0] is row `begin`.
+template <class Value>
+using ProductFunction = void (*)(const ProductArguments<Value>& arguments, int begin, int end);
+
+struct ProductKernels {
+  ProductFunction<double> vectors[4];   // one matrix, 1 to 4 vectors
+  ProductFunction<double> matrices[3];  // 1 to 3 matrices, one vector
+  ProductFunction<float> single;        // one matrix, one vector
+};
+
+template <int W>
+ProductKernels product_kernels();
+
+}  // namespace gradpsi
