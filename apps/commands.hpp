@@ -10,3 +10,6 @@ void add_diffuse(CLI::App& app);
 void add_inspect(CLI::App& app);
 void add_converge(CLI::App& app);
 void add_stability(CLI::App& app);
+void add_tradeoff(CLI::App& app);
+void add_advise(CLI::App& app);
+void add_spmv(CLI::App& app);

@@ -51,6 +51,9 @@ int main(int argc, char** argv) {
   add_inspect(app);
   add_converge(app);
   add_stability(app);
+  add_tradeoff(app);
+  add_advise(app);
+  add_spmv(app);
 
   try {
     app.parse(argc, argv);

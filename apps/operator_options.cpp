@@ -104,26 +104,12 @@ std::string text(double x) {
   return out.str();
 }
 
-void OperatorOptions::add_to(CLI::App& command) {
+void OperatorOptions::add_points_to(CLI::App& command) {
   command
       .add_option("POINTS", points,
                   "CSV with a header: x, y, z; volume and support if there are; fields")
       ->type_name("CSV")
       ->required();
-  command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")
-      ->type_name("NAME")
-      ->required();
-  auto* absolute = command
-                       .add_option("--support", support,
-                                   "Support radius h, a length: the kernel is 0 from r = h on")
-                       ->type_name("H");
-  command
-      .add_option("--support-ratio", support_ratio,
-                  "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
-                  "volumes the median distance to the nearest point. A column `support`, one h a\n"
-                  "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
-      ->type_name("K")
-      ->excludes(absolute);
   std::string names;
   for (const auto& k : gradpsi::kernels())
     names += (names.empty() ? "" : ", ") + std::string(k.name);
@@ -142,13 +128,6 @@ void OperatorOptions::add_to(CLI::App& command) {
           "that direction. Points outside stand for their image")
       ->type_name("LX[,LY[,LZ]]");
   command
-      .add_option(
-          "--on-degenerate", on_degenerate,
-          "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
-          "to three times, or leave them zero [fail; widen where no support is given]")
-      ->type_name("POLICY")
-      ->check(CLI::IsMember({"fail", "lower", "widen", "zero"}));
-  command
       .add_option("--duplicates", duplicates,
                   "Coincident points: error, or drop all but the first of each group")
       ->type_name("POLICY")
@@ -158,6 +137,31 @@ void OperatorOptions::add_to(CLI::App& command) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+}
+
+void OperatorOptions::add_to(CLI::App& command) {
+  add_points_to(command);
+  command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")
+      ->type_name("NAME")
+      ->required();
+  auto* absolute = command
+                       .add_option("--support", support,
+                                   "Support radius h, a length: the kernel is 0 from r = h on")
+                       ->type_name("H");
+  command
+      .add_option("--support-ratio", support_ratio,
+                  "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
+                  "volumes the median distance to the nearest point. A column `support`, one h a\n"
+                  "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
+      ->type_name("K")
+      ->excludes(absolute);
+  command
+      .add_option(
+          "--on-degenerate", on_degenerate,
+          "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
+          "to three times, or leave them zero [fail; widen where no support is given]")
+      ->type_name("POLICY")
+      ->check(CLI::IsMember({"fail", "lower", "widen", "zero"}));
   command.add_option("--report", report, "Write sizes, times and memory to this JSON file")
       ->type_name("FILE.json");
 }

@@ -23,6 +23,8 @@ struct OperatorOptions {
   std::filesystem::path report;
 
   void add_to(CLI::App& command);
+  /// Only those that say what the points are; then scheme and support are the program's choice.
+  void add_points_to(CLI::App& command);
 };
 
 /// The points of a file, coincident ones dropped if so wished, and the operator on them.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <span>
 #include <system_error>
@@ -321,6 +322,69 @@ void write_entries(Output& out, const SparseMatrix& matrix) {
       out << i + 1 << " " << static_cast<int>(entry.col()) + 1 << " " << entry.value() << "\n";
 }
 
+/// The words of a line, which blanks part.
+std::vector<std::string_view> words(std::string_view line) {
+  std::vector<std::string_view> result;
+  for (line = trimmed(line); !line.empty();) {
+    const auto end = std::min(line.find_first_of(" \t"), line.size());
+    result.push_back(line.substr(0, end));
+    line = trimmed(line.substr(end));
+  }
+  return result;
+}
+
+double number(std::string_view word, const std::string& place) {
+  double x;
+  const std::string_view digits = word.starts_with('+') ? word.substr(1) : word;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
+  if (error != std::errc() || end != digits.data() + digits.size() || !std::isfinite(x))
+    throw InvalidInput(place + "'" + excerpt(word) + "' is not a finite number");
+  return x;
+}
+int whole_number(std::string_view word, int least, int most, const std::string& place) {
+  int n;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), n);
+  if (error != std::errc() || end != word.data() + word.size() || n < least || n > most)
+    throw InvalidInput(place + "'" + excerpt(word) + "' is not a whole number from " +
+                       std::to_string(least) + " to " + std::to_string(most));
+  return n;
+}
+
+/// What the first line of a Matrix Market file says.
+struct MarketHeader {
+  bool pattern = false;
+  int mirrored = 0;  // 1: symmetric, -1: skew-symmetric
+};
+MarketHeader market_header(std::string_view line, const std::string& place) {
+  std::string lower(line.substr(0, 200));
+  for (char& c : lower) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  const auto w = words(lower);
+  if (w.size() != 5 || w[0] != "%%matrixmarket" || w[1] != "matrix" || w[2] != "coordinate")
+    throw InvalidInput(place + "expected '%%MatrixMarket matrix coordinate ..', not '" +
+                       excerpt(line) + "'");
+  if (w[3] != "real" && w[3] != "integer" && w[3] != "pattern")
+    throw InvalidInput(place + "numbers must be real, integer or pattern, not " + excerpt(w[3]));
+  if (w[4] != "general" && w[4] != "symmetric" && w[4] != "skew-symmetric")
+    throw InvalidInput(place + "the matrix must be general, symmetric or skew-symmetric, not " +
+                       excerpt(w[4]));
+  return {w[3] == "pattern", w[4] == "symmetric" ? 1 : w[4] == "general" ? 0 : -1};
+}
+
+using Entry = Eigen::Triplet<double, int>;
+
+/// The entries as rows, sorted; none twice.
+SparseMatrix matrix_of(const std::vector<Entry>& entries, int rows, int columns, const path& file) {
+  SparseMatrix matrix(rows, columns);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  if (matrix.nonZeros() == std::ssize(entries)) return matrix;
+  std::vector<Entry> sorted = entries;
+  const auto place = [](const Entry& e) { return std::pair(e.row(), e.col()); };
+  std::ranges::sort(sorted, {}, place);
+  const Entry& twice = *std::ranges::adjacent_find(sorted, {}, place);
+  throw InvalidInput(file.string() + ": entry (" + std::to_string(twice.row() + 1) + ", " +
+                     std::to_string(twice.col() + 1) + ") is there twice");
+}
+
 Eigen::Index place_of(std::string_view name, const Table& table) {
   const auto found = std::ranges::find(table.names, name);
   if (found == table.names.end()) throw_unknown("column", name, table.names);
@@ -469,6 +533,52 @@ void write_matrix_market(const std::vector<path>& files,
     outputs.back().finish();
   }
   for (Output& out : outputs) out.commit();
+}
+
+SparseMatrix read_matrix_market(const path& file) {
+  Lines lines(file);
+  std::string_view line;
+  if (!lines.next(line)) throw InvalidInput(file.string() + ":1: the file is empty");
+  const MarketHeader header = market_header(line, lines.place());
+  const auto next_words = [&] {  // of the next line that is not a comment; none at the end
+    while (lines.next(line)) {
+      if (line.starts_with('%')) continue;
+      if (auto w = words(line); !w.empty()) return w;
+    }
+    return std::vector<std::string_view>();
+  };
+  constexpr int most = std::numeric_limits<int>::max();
+  const auto sizes = next_words();
+  if (sizes.size() != 3) throw InvalidInput(lines.place() + "expected ROWS COLUMNS ENTRIES");
+  const int rows = whole_number(sizes[0], 0, most - 1, lines.place());
+  const int columns = whole_number(sizes[1], 0, most - 1, lines.place());
+  const int announced = whole_number(sizes[2], 0, most, lines.place());
+  if (header.mirrored != 0 && rows != columns)
+    throw InvalidInput(lines.place() + "a symmetric matrix must be square");
+
+  std::vector<Entry> entries;  // grows with what is read, not with what is announced
+  int count = 0;
+  for (auto w = next_words(); !w.empty(); w = next_words()) {
+    const std::string place = lines.place();
+    if (count++ == announced)
+      throw InvalidInput(place + "more entries than the " + std::to_string(announced) +
+                         " announced");
+    if (w.size() != (header.pattern ? 2 : 3))
+      throw InvalidInput(place + "expected ROW COLUMN" + (header.pattern ? "" : " VALUE"));
+    const int i = whole_number(w[0], 1, rows, place) - 1;
+    const int j = whole_number(w[1], 1, columns, place) - 1;
+    const double value = header.pattern ? 1 : number(w[2], place);
+    if (header.mirrored != 0 && (j > i || (header.mirrored < 0 && j == i)))
+      throw InvalidInput(place + "only the lower triangle of a symmetric matrix is stored");
+    entries.emplace_back(i, j, value);
+    if (header.mirrored != 0 && i != j) entries.emplace_back(j, i, header.mirrored * value);
+    if (entries.size() > most)
+      throw InvalidInput(place + "the matrix has more than 2^31 - 1 entries");
+  }
+  if (count < announced)
+    throw InvalidInput(file.string() + ": " + std::to_string(count) + " entries where " +
+                       std::to_string(announced) + " are announced");
+  return matrix_of(entries, rows, columns, file);
 }
 
 }  // namespace gradpsi

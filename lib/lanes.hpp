@@ -52,11 +52,13 @@ template <class V>
 template <class V>
 [[gnu::always_inline]] inline double sum_of_lanes(V v) {
   constexpr int lanes = sizeof(V) / sizeof(double);
-  double sum[lanes];
-  store(sum, v);
-  for (int half = lanes / 2; half > 0; half /= 2)
-    for (int l = 0; l < half; ++l) sum[l] += sum[l + half];
-  return sum[0];
+  if constexpr (lanes == 2)
+    return v[0] + v[1];
+  else if constexpr (lanes == 4)
+    return sum_of_lanes(__builtin_shufflevector(v, v, 0, 1) + __builtin_shufflevector(v, v, 2, 3));
+  else
+    return sum_of_lanes(__builtin_shufflevector(v, v, 0, 1, 2, 3) +
+                        __builtin_shufflevector(v, v, 4, 5, 6, 7));
 }
 
 template <int W>

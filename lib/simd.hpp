@@ -20,11 +20,8 @@ struct Simd {
 /// What this processor can run, plainest first.
 std::span<const Simd> runnable_simd();
 
-/// The best of them.
-inline const Simd& simd() {
-  static const Simd& best = runnable_simd().back();
-  return best;
-}
+/// The best for this processor.
+const Simd& simd();
 
 /// assemble() with that vector code. Null: every row by itself, which is slow and the reference.
 std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<Scheme>& schemes,

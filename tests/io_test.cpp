@@ -53,6 +53,7 @@ using Fault27 = Files;
 using Fault28 = Files;
 using Fault29 = Files;
 using Write = Files;
+using Market = Files;
 
 TEST_F(Csv, GivesPointsVolumesAndFields) {
   const Table table = read_csv(file("x,T,y,volume\n0.5,1,2,1\n-1e-3,2,3,2.5\n"));
@@ -171,6 +172,63 @@ TEST_F(Write, MatrixMarketHoldsEveryEntryOnce) {
   }
   EXPECT_EQ(count, entries);
   EXPECT_EQ(back.norm(), 0);
+}
+
+TEST_F(Market, ReadsBackToTheLastBit) {
+  const Cloud cloud = irregular_cloud(2, 12);
+  const SparseMatrix A =
+      assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, rich_support(cloud))).matrix();
+  write_matrix_market(path("A.mtx"), A);
+  const SparseMatrix B = read_matrix_market(path("A.mtx"));
+  EXPECT_EQ(SparseMatrix(A - B).norm(), 0);
+  EXPECT_EQ(B.nonZeros(), A.nonZeros());
+}
+
+TEST_F(Market, ReadsWhatOtherProgramsWrite) {
+  const auto read = [&](const std::string& text) {
+    return Eigen::MatrixXd(read_matrix_market(file(text)));
+  };
+  const std::string banner = "%%MatrixMarket matrix coordinate ";
+  EXPECT_EQ(read(banner + "real general\n% comment\n\n2 3 2\r\n2 3 -1.5e0\n1 1 +2\n"),
+            (Eigen::MatrixXd(2, 3) << 2, 0, 0, 0, 0, -1.5).finished());
+  EXPECT_EQ(read(banner + "integer symmetric\n2 2 2\n2 1 4\n2 2 5\n"),
+            (Eigen::MatrixXd(2, 2) << 0, 4, 4, 5).finished());
+  EXPECT_EQ(read(banner + "REAL skew-symmetric\n2 2 1\n2 1 4\n"),
+            (Eigen::MatrixXd(2, 2) << 0, -4, 4, 0).finished());
+  EXPECT_EQ(read(banner + "pattern general\n1 2 1\n1\t2"),
+            (Eigen::MatrixXd(1, 2) << 0, 1).finished());
+  EXPECT_EQ(read(banner + "real general\n0 0 0\n").size(), 0);
+}
+
+TEST_F(Market, BadFilesNameTheLine) {
+  const auto error = [&](const std::string& text) {
+    return message_of<InvalidInput>([&] { read_matrix_market(file(text)); });
+  };
+  const std::string banner = "%%MatrixMarket matrix coordinate real general\n";
+  EXPECT_THAT(error(""), HasSubstr("points.csv:1: the file is empty"));
+  EXPECT_THAT(error("x,y\n1,2\n"), HasSubstr(":1: expected '%%MatrixMarket matrix coordinate"));
+  EXPECT_THAT(error("%%MatrixMarket matrix array real general\n"), HasSubstr(":1: expected"));
+  EXPECT_THAT(error("%%MatrixMarket matrix coordinate complex general\n"),
+              HasSubstr("real, integer or pattern, not complex"));
+  EXPECT_THAT(error("%%MatrixMarket matrix coordinate real hermitian\n"),
+              HasSubstr("not hermitian"));
+  EXPECT_THAT(error(banner + "2 2\n"), HasSubstr(":2: expected ROWS COLUMNS ENTRIES"));
+  EXPECT_THAT(error(banner + "2 -2 1\n"), HasSubstr(":2: '-2' is not a whole number"));
+  EXPECT_THAT(error(banner + "2 2 99999999999\n"), HasSubstr("'99999999999' is not a whole"));
+  EXPECT_THAT(error(banner + "2 2 1\n3 1 1\n"), HasSubstr(":3: '3' is not a whole number from 1"));
+  EXPECT_THAT(error(banner + "2 2 1\n0 1 1\n"), HasSubstr(":3: '0'"));
+  EXPECT_THAT(error(banner + "2 2 1\n1 1 nan\n"), HasSubstr(":3: 'nan' is not a finite number"));
+  EXPECT_THAT(error(banner + "2 2 1\n1 1 1e999\n"), HasSubstr(":3: '1e999'"));
+  EXPECT_THAT(error(banner + "2 2 1\n1 1\n"), HasSubstr(":3: expected ROW COLUMN VALUE"));
+  EXPECT_THAT(error(banner + "2 2 1\n1 1 1\n1 2 1\n"), HasSubstr(":4: more entries than the 1"));
+  EXPECT_THAT(error(banner + "2 2 2000000000\n1 1 1\n"),
+              HasSubstr("1 entries where 2000000000 are announced"));
+  EXPECT_THAT(error(banner + "2 2 2\n2 1 1\n2 1 2\n"), HasSubstr("entry (2, 1) is there twice"));
+  EXPECT_THAT(error("%%MatrixMarket matrix coordinate real symmetric\n2 2 1\n1 2 1\n"),
+              HasSubstr(":3: only the lower triangle"));
+  EXPECT_THAT(error("%%MatrixMarket matrix coordinate real symmetric\n2 3 1\n2 1 1\n"),
+              HasSubstr(":2: a symmetric matrix must be square"));
+  EXPECT_THROW(read_matrix_market(path("absent.mtx")), std::system_error);
 }
 
 TEST_F(Write, SeveralMatricesAreReplacedTogetherOrNotAtAll) {

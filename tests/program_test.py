@@ -500,6 +500,151 @@ class Stability(ProgramTest):
             self.assertGreater((self.path("s") / (figure + ".png")).stat().st_size, 5000)
 
 
+class Tradeoff(ProgramTest):
+    def test_the_quick_study(self):
+        text = self.run_program("tradeoff", "--quick", "--out", self.path("t"))
+        with open(self.path("t") / "tradeoff.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(",".join(rows[0]),
+                         "scheme,dimension,kernel,support_ratio,arrangement,points,spacing,entries_per_row,error_l2,"
+                         "error_max,solution_l2,solution_max,assemble_seconds,product_seconds,solve_seconds,"
+                         "bytes_per_point,stable,weight,consistency")
+        self.assertEqual(len(rows), 32 * 2 * 2 * 2)
+        for row in rows:
+            laplacian = row["scheme"].startswith("laplacian")
+            self.assertEqual(row["stable"] in ("0", "1"), laplacian)
+            self.assertLessEqual(float(row["error_l2"]), float(row["error_max"]))
+            for seconds in ["assemble_seconds", "product_seconds"]:
+                self.assertGreater(float(row[seconds]), 0)
+        with open(self.path("t") / "tradeoff_front.csv") as file:
+            front = list(csv.DictReader(file))
+        # The front falls, and goes where no uncorrected scheme does.
+        best = {}
+        for row in front:
+            key = row["derivative"], row["use"], row["arrangement"]
+            self.assertLessEqual(float(row["error"]), best.get(key, 1e300))
+            best[key] = float(row["error"])
+        self.assertEqual(len(best), 10)
+        for (derivative, use, arrangement), error in best.items():
+            column = "solution_l2" if use == "solve" else "error_l2"
+            uncorrected = min(float(r[column]) for r in rows if r["arrangement"] == arrangement and
+                              r["scheme"].startswith(derivative) and r["consistency"] == "zoc")
+            self.assertLess(error, uncorrected / 100)
+        self.assertIn("twice the accuracy takes", text)
+        for kind in ["gradient", "laplacian"]:
+            self.assertGreater((self.path("t") / f"tradeoff_{kind}.png").stat().st_size, 20000)
+
+
+class Advise(ProgramTest):
+    def candidates(self, points, kind, dimension):
+        names = [s["name"] for s in json.loads(self.run_program("schemes", "--json"))]
+        return [(name, ratio) for name in names if name.startswith(kind) for ratio in [2, 2.5, 3, 3.5, 4.5]]
+
+    def matrices(self, points, scheme, ratio):
+        self.run_program("assemble", points, "--scheme", scheme, "--support-ratio", ratio, "--on-degenerate",
+                         "widen", "--report", self.path("r.json"), "-o", self.path("m.mtx"))
+        report = json.loads(self.path("r.json").read_text())
+        files = ["m.mtx"] if scheme.startswith("laplacian") else ["m_x.mtx", "m_y.mtx"]
+        return ([scipy.io.mmread(self.path(f)).tocsr() for f in files],
+                report.get("degenerate", {}).get("zero", 0))
+
+    def error(self, matrices, x, y, rows, length):
+        """Of the waves, by the letter of the help text."""
+        k = 2 * np.pi / length
+        squares, exact = 0, 0
+        for e in [(1, 0), (0, 1), (0.5**0.5, 0.5**0.5), (0.5**0.5, -0.5**0.5)]:
+            for shift in [0, np.pi / 2]:
+                phase = k * (e[0] * x + e[1] * y) + shift
+                if len(matrices) == 1:
+                    derivatives = [-k * k * np.sin(phase)]
+                else:
+                    derivatives = [k * e[0] * np.cos(phase), k * e[1] * np.cos(phase)]
+                squares += sum(np.sum((m @ np.sin(phase) - d)[rows]**2) for m, d in zip(matrices, derivatives))
+                exact += len(rows) * (k**4 if len(matrices) == 1 else k**2) / 2
+        return (squares / exact)**0.5
+
+    def test_implicit_steps_agree_with_brute_force_and_eigenvalues(self):
+        points = self.square(13, edge=lambda x, y: np.minimum.reduce([x, y, 1 - x, 1 - y]) < 1 / 13)
+        t = self.read_csv("points.csv")
+        rows = np.flatnonzero(t["edge"] == 0)
+        for tolerance in [0.2, 0.03]:
+            text = self.run_program("advise", points, "--operator", "laplacian", "--use", "implicit", "--fixed", "edge",
+                                    "--tolerance", tolerance, "--wavelength", 0.8)
+            best = (np.inf, None)
+            for scheme, ratio in self.candidates(points, "laplacian", 2):
+                (m,), _ = self.matrices(points, scheme, ratio)
+                counts = np.diff(m.indptr)[rows]
+                inner = m.toarray()[np.ix_(rows, rows)]
+                if self.error([m], t["x"], t["y"], rows, 0.8) > tolerance or (counts == 1).any():
+                    continue
+                if np.linalg.eigvals(inner).real.max() > 1e-3 * np.median(-np.diag(inner)):
+                    continue
+                best = min(best, (counts.mean(), f"{scheme} with --support-ratio {ratio:g}"))
+            self.assertIn(f"Take {best[1]}: ", text)
+            self.assertIn("gradpsi diffuse", text)
+
+    def test_a_derivative_meets_the_tolerance_and_its_command_runs(self):
+        points = self.square(20, u=lambda x, y: np.sin(7 * x + 2 * y))
+        t = self.read_csv("points.csv")
+        for kind, tolerance in [("gradient", 0.02), ("laplacian", 0.1)]:
+            text = self.run_program("advise", points, "--operator", kind, "--tolerance", tolerance, "--wavelength", 0.9,
+                                    "--check")
+            scheme, ratio = re.search(r"Take (\S+) with --support-ratio (\S+):", text).groups()
+            matrices, _ = self.matrices(points, scheme, ratio)
+            error = self.error(matrices, t["x"], t["y"], np.arange(400), 0.9)
+            self.assertLessEqual(error, tolerance)
+            self.assertIn(f"error {error:.2g} ", text)
+            # Everything was looked at already: only the clock can make a difference.
+            self.assertRegex(text, r"Brute force, \d+ candidates on all 400 rows: \S+ with")
+            command = re.search(r"gradpsi (derive .*)", text).group(1).replace("OUT.vtu", str(self.path("d.csv")))
+            self.run_program(*command.split())
+            self.assertIn("u_x" if kind == "gradient" else "lap_u", self.read_csv("d.csv"))
+
+    def test_it_says_what_does_best_and_which_spacing_would(self):
+        points = self.square(10)
+        text = self.run_program("advise", points, "--operator", "gradient", "--tolerance", 1e-9)
+        self.assertIn("Nothing meets 1e-09. The best is gradient-ls-6", text)
+        self.assertRegex(text, r"A spacing of about \S+ would \(now \S+\), with gradient-ls-6")
+
+    def test_bad_requests(self):
+        points = self.square(8)
+        def advise(*more, expect=1):
+            return self.run_program("advise", points, "--operator", "gradient", *more, expect=expect)
+        self.assertIn("--tolerance must be > 0", advise("--tolerance", 0))
+        self.assertIn("--tolerance must be > 0", advise("--tolerance", "nan"))
+        self.assertIn("--wavelength must be > 0", advise("--tolerance", 0.1, "--wavelength", -1))
+        self.assertIn("are about Laplacians", advise("--tolerance", 0.1, "--use", "implicit", expect=2))
+        self.assertIn("Usage: gradpsi", advise(expect=2))
+        one = self.write_points({"x": [0.5]}, "one.csv")
+        self.assertIn("two points at least",
+                      self.run_program("advise", one, "--operator", "gradient", "--tolerance", 1, expect=1))
+
+
+class Spmv(ProgramTest):
+    def test_a_matrix_of_its_own_and_one_of_scipy(self):
+        self.run_program("assemble", self.square(20), "--scheme", "laplacian-mixed-zoc", "--volume", 0.0025, "--support", 0.2,
+                         "-o", self.path("m.mtx"))
+        text = self.run_program("spmv", self.path("m.mtx"), "--threads", 1)
+        self.assertIn("400 x 400", text)
+        self.assertRegex(text, r"reading that many bytes \(roof\) .* 100%")
+        for line in ["Eigen, row-major", "Eigen, column-major", "gradpsi, values in single precision",
+                     "gradpsi, four vectors, each"]:
+            self.assertRegex(text, re.escape(line) + r".* [0-9.]+ +[0-9.]+ +[0-9]+%")
+        self.assertLess(float(text.split()[-1]), 1e-14)
+        scipy.io.mmwrite(self.path("s.mtx"), scipy.sparse.random(50, 30, 0.2, random_state=1) )
+        self.assertIn("50 x 30, 300 entries", self.run_program("spmv", self.path("s.mtx")))
+        symmetric = scipy.sparse.random(40, 40, 0.2, random_state=2)
+        scipy.io.mmwrite(self.path("u.mtx"), symmetric + symmetric.T, symmetry="symmetric")
+        text = self.run_program("spmv", self.path("u.mtx"))
+        self.assertIn("symmetric", text)
+        self.assertIn("gradpsi, upper triangle only", text)
+
+    def test_a_file_that_is_no_matrix(self):
+        self.assertIn("expected '%%MatrixMarket", self.run_program("spmv", self.square(4), expect=1))
+        self.path("empty.mtx").write_text("%%MatrixMarket matrix coordinate real general\n2 2 0\n")
+        self.assertIn("has no entries", self.run_program("spmv", self.path("empty.mtx"), expect=1))
+
+
 class Errors(ProgramTest):
     def test_bad_usage_is_2_and_shows_the_usage(self):
         points = self.square()
@@ -545,7 +690,7 @@ class Errors(ProgramTest):
         self.assertEqual(sorted(os.listdir(self.folder)), ["points.csv"])
 
     def test_an_unknown_subcommand_names_the_valid_ones(self):
-        self.assertIn("unknown subcommand 'asemble'; valid: schemes assemble derive diffuse inspect converge stability",
+        self.assertIn("unknown subcommand 'asemble'; valid: schemes assemble derive diffuse inspect converge stability tradeoff advise spmv",
                       self.run_program("asemble", expect=2))
 
     def test_the_points_are_not_overwritten(self):

@@ -1,0 +1,442 @@
+// gradpsi advise: which scheme and support to take for the points of a file.
+//
+// Every scheme of the wanted derivative is tried with five supports on the user's own points: on waves of the
+// given length, in every direction of a few, at a sample of the points. The cheapest one whose error is at
+// most the tolerance, and that is stable where it is to be stepped in time, is named.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <gradpsi/gradpsi.hpp>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+
+#include "commands.hpp"
+#include "operator_options.hpp"
+#include "study.hpp"
+#include "timing.hpp"
+
+namespace {
+
+using gradpsi::Derivative;
+using gradpsi::Neighbours;
+using gradpsi::Scheme;
+
+enum class Use { Derivative, Explicit, Implicit };
+constexpr std::array support_ratios = {2.0, 2.5, 3.0, 3.5, 4.5};
+
+struct Options : OperatorOptions {
+  std::string derivative, use = "derivative", fixed;
+  double tolerance = 0;
+  std::optional<double> wavelength;
+  int sample = 2000;
+  bool check = false;
+
+  Use what_for() const {
+    return use == "derivative" ? Use::Derivative
+           : use == "explicit" ? Use::Explicit
+                               : Use::Implicit;
+  }
+  bool laplacian() const { return derivative == "laplacian"; }
+};
+
+/// Unit waves on the points and what their derivatives are: a column per wave, and per axis for gradients.
+struct Waves {
+  Eigen::MatrixXd u;                         // n x waves
+  std::vector<Eigen::MatrixXd> derivatives;  // per axis (Laplacian: one), n x waves
+  double scale;                              // root mean square of a derivative
+};
+
+/// Along the axes and the diagonals, as sine and as cosine; in a periodic box the nearest that fit it.
+Waves make_waves(const gradpsi::Cloud& cloud, double wavelength, bool laplacian) {
+  const int d = cloud.dimension();
+  std::vector<Eigen::VectorXd> directions;
+  for (int a = 0; a < d; ++a) directions.push_back(Eigen::VectorXd::Unit(d, a));
+  for (int signs = 0; d > 1 && signs < 1 << (d - 1); ++signs) {
+    Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(d, 1 / std::sqrt(d));
+    for (int a = 1; a < d; ++a)
+      if (signs >> (a - 1) & 1) diagonal[a] *= -1;
+    directions.push_back(diagonal);
+  }
+  const auto count = 2 * std::ssize(directions);
+  Waves waves{Eigen::MatrixXd(cloud.size(), count), {}, 0};
+  waves.derivatives.assign(laplacian ? 1 : d, Eigen::MatrixXd(cloud.size(), count));
+  for (Eigen::Index w = 0; w < count; ++w) {
+    Eigen::VectorXd k = 2 * std::numbers::pi / wavelength * directions[w / 2];
+    for (int a = 0; a < d; ++a)
+      if (const double length = cloud.box()[a]; length > 0)
+        k[a] =
+            std::nearbyint(k[a] * length / (2 * std::numbers::pi)) * 2 * std::numbers::pi / length;
+    const Eigen::ArrayXd phase =
+        (cloud.positions() * k).array() + (w % 2 == 0 ? 0 : std::numbers::pi / 2);
+    waves.u.col(w) = phase.sin();
+    if (laplacian)
+      waves.derivatives[0].col(w) = -k.squaredNorm() * phase.sin();
+    else
+      for (int a = 0; a < d; ++a) waves.derivatives[a].col(w) = k[a] * phase.cos();
+    waves.scale += (laplacian ? std::pow(k.squaredNorm(), 2) : k.squaredNorm()) / 2;
+  }
+  waves.scale = std::sqrt(waves.scale / static_cast<double>(count));
+  return waves;
+}
+
+/// A scheme and a support, and what has been measured of them.
+struct Candidate {
+  Scheme scheme;
+  double ratio;
+  double error = 0, worst = 0;       // root mean square and largest over the rows, relative
+  double entries = 0;                // a row
+  double assemble = 0, product = 0;  // seconds a point
+  double step = 0;                   // Laplacians: dt nu that explicit Euler bears, by Gershgorin
+  double cost = 0;                   // see cost()
+  int zero = 0, widened = 0;         // rows
+  std::optional<bool> grows = {};
+
+  bool complete() const { return zero == 0; }
+};
+
+/// What candidates are ranked by. A derivative: seconds a point for search, weights and a product. Explicit
+/// steps: entries of a row over the largest step, the work for a given time. Implicit ones: entries of a
+/// row, which filling and solving grow with.
+double cost(const Candidate& c, Use use) {
+  switch (use) {
+    case Use::Derivative: return c.assemble + c.product;
+    case Use::Explicit: return c.entries / c.step;
+    case Use::Implicit: return c.entries;
+  }
+  return 0;
+}
+
+/// What the candidates are tried on.
+struct Trial {
+  const Options& options;
+  const gradpsi::Cloud& cloud;
+  double spacing;
+  Waves waves;
+  std::vector<int> evolving;  // points without a fixed value
+  std::vector<int> sample;    // of them
+
+  Use use() const { return options.what_for(); }
+  gradpsi::AssemblyOptions assembly() const {
+    return {.kernel = gradpsi::kernel(options.kernel),
+            .on_degenerate = gradpsi::OnDegenerate::Widen,
+            .threads = options.threads};
+  }
+};
+
+/// So many of the points, at random but always the same, ascending.
+std::vector<int> sampled(std::vector<int> points, int count) {
+  if (count == 0 || count >= std::ssize(points)) return points;
+  std::mt19937_64 generator(1);
+  for (int k = 0; k < count; ++k)
+    std::swap(points[k], points[k + generator() % (points.size() - k)]);
+  points.resize(count);
+  std::ranges::sort(points);
+  return points;
+}
+
+void set_errors(const Trial& trial, const gradpsi::Operator& op, const std::vector<int>& rows,
+                Candidate& c) {
+  Eigen::VectorXd squared = Eigen::VectorXd::Zero(std::ssize(rows));
+  for (std::size_t a = 0; a < op.axes.size(); ++a)
+    squared += (op.axes[a] * trial.waves.u - trial.waves.derivatives[a](rows, Eigen::all))
+                   .rowwise()
+                   .squaredNorm();
+  squared /= static_cast<double>(trial.waves.u.cols());
+  c.error = std::sqrt(squared.mean()) / trial.waves.scale;
+  c.worst = std::sqrt(squared.maxCoeff()) / trial.waves.scale;
+}
+
+Candidate measured(const Trial& trial, const Scheme& scheme, double ratio, const Neighbours& near,
+                   double search_seconds, const std::vector<int>& rows) {
+  Candidate c{scheme, ratio};
+  gradpsi::AssemblyOptions options = trial.assembly();
+  options.rows = rows;
+  const auto count = static_cast<double>(rows.size());
+  gradpsi::Operator op;
+  const double weights =
+      median_seconds([&] { op = assemble(scheme, trial.cloud, near, options); }, 0) / count;
+  c.assemble = search_seconds / trial.cloud.size() + weights;
+  for (const auto outcome : op.rows.outcome) {
+    c.zero += outcome == gradpsi::RowOutcome::Zero;
+    c.widened += outcome == gradpsi::RowOutcome::Widened;
+  }
+  c.entries = static_cast<double>(op.matrix().nonZeros()) / count;
+  Eigen::MatrixXd y;
+  const Eigen::VectorXd u = trial.waves.u.col(0);
+  c.product =
+      median_seconds([&] { gradpsi::multiply(op.axes, u, y, options.threads); }, 1e-3) / count;
+  if (trial.options.laplacian()) {
+    double largest = 0;
+    for (int k = 0; k < op.matrix().rows(); ++k)
+      largest = std::max(largest, op.matrix().row(k).cwiseAbs().sum());
+    c.step = 2 / largest;
+  }
+  set_errors(trial, op, rows, c);
+  c.cost = cost(c, trial.use());
+  return c;
+}
+
+std::vector<Candidate> all_candidates(const Trial& trial, const std::vector<int>& rows) {
+  std::vector<Candidate> all;
+  for (const double ratio : support_ratios) {
+    Neighbours near;
+    const double search = median_seconds(
+        [&] { near = find_neighbours(trial.cloud, ratio * trial.spacing, trial.options.threads); },
+        0);
+    for (const Scheme& scheme : gradpsi::schemes())
+      if (trial.options.laplacian() == (scheme.derivative == Derivative::Laplacian) &&
+          (trial.cloud.dimension() < 3 || degree(scheme) <= 4))
+        all.push_back(measured(trial, scheme, ratio, near, search, rows));
+  }
+  std::ranges::stable_sort(all, {}, &Candidate::cost);
+  return all;
+}
+
+/// Whether du/dt = lap u grows, from the whole matrix; looked at once.
+bool grows(const Trial& trial, Candidate& c) {
+  if (!c.grows) {
+    const auto near = find_neighbours(trial.cloud, c.ratio * trial.spacing, trial.options.threads);
+    const auto op = assemble(c.scheme, trial.cloud, near, trial.assembly());
+    c.grows = forecast(trial.cloud, op.matrix(), trial.evolving, op.volumes).grows;
+  }
+  return *c.grows;
+}
+
+bool fit(const Trial& trial, Candidate& c) {
+  return c.complete() && (trial.use() == Use::Derivative || !grows(trial, c));
+}
+
+/// The first that is complete, stable where it has to be, and accurate enough; null: none.
+Candidate* cheapest(const Trial& trial, std::vector<Candidate>& by_cost) {
+  for (Candidate& c : by_cost)
+    if (c.error <= trial.options.tolerance && fit(trial, c)) return &c;
+  return nullptr;
+}
+
+/// The most accurate that is complete, and stable where it has to be.
+Candidate* most_accurate(const Trial& trial, std::vector<Candidate>& all) {
+  std::vector<Candidate*> by_error;
+  for (Candidate& c : all) by_error.push_back(&c);
+  std::ranges::sort(by_error, {}, [](const Candidate* c) { return c->error; });
+  const auto found = std::ranges::find_if(by_error, [&](Candidate* c) { return fit(trial, *c); });
+  return found == by_error.end() ? nullptr : *found;
+}
+
+/// The order of the error on disordered points.
+int order(const Scheme& scheme) {
+  return degree(scheme) - (scheme.derivative == Derivative::Laplacian ? 1 : 0);
+}
+
+std::string described(const Candidate& c) {
+  return name(c.scheme) + " with --support-ratio " + text(c.ratio);
+}
+
+std::string table(const std::vector<Candidate>& all, const Candidate* chosen, const Trial& trial) {
+  const bool laplacian = trial.options.laplacian();
+  std::string out =
+      "   scheme                       h/dx   entries   error rms     worst   ns a point";
+  out += laplacian ? "   dt nu/dx^2   stable   rows\n" : "   rows\n";
+  const double unit = trial.spacing * trial.spacing;
+  for (const Candidate& c : all) {
+    const std::string scheme = name(c.scheme);
+    out += (&c == chosen                         ? "=> "
+            : c.error <= trial.options.tolerance ? " + "
+                                                 : "   ") +
+           scheme + padded("", 29 - static_cast<int>(scheme.size())) +
+           padded(cell(c.ratio, "%.1f"), 4) + padded(cell(c.entries, "%.1f"), 10) +
+           padded(cell(c.error, "%.1e"), 12) + padded(cell(c.worst, "%.1e"), 10) +
+           padded(cell(1e9 * (c.assemble + c.product), "%.0f"), 13);
+    if (laplacian)
+      out += padded(cell(c.step / unit, "%.3f"), 13) + padded(!c.grows   ? "-"
+                                                              : *c.grows ? "no"
+                                                                         : "yes",
+                                                              9);
+    out += c.zero > 0      ? "   " + std::to_string(c.zero) + " cannot be computed"
+           : c.widened > 0 ? "   " + std::to_string(c.widened) + " widened"
+                           : "";
+    out += '\n';
+  }
+  return out;
+}
+
+/// The command line that uses the advice, with the options that say what the points are.
+std::string command(const Trial& trial, const Candidate& c, const gradpsi::Table& table) {
+  const Options& options = trial.options;
+  std::string field = "COLUMN";
+  for (const auto& column : table.names)
+    if (column != "x" && column != "y" && column != "z" && column != "volume" &&
+        column != options.fixed) {
+      field = column;
+      break;
+    }
+  const bool steps = trial.use() == Use::Implicit;
+  std::string out = std::string("gradpsi ") +
+                    (steps                          ? "diffuse "
+                     : trial.use() == Use::Explicit ? "assemble "
+                                                    : "derive ") +
+                    options.points.string();
+  if (trial.use() != Use::Explicit) out += " --field " + field;
+  out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.ratio);
+  if (options.kernel != gradpsi::kernels().front().name) out += " --kernel " + options.kernel;
+  if (options.volume) out += " --volume " + text(*options.volume);
+  if (std::ranges::any_of(options.periodic, [](double l) { return l > 0; })) {
+    out += " --periodic ";
+    for (int a = 0; a < trial.cloud.dimension(); ++a)
+      out += (a > 0 ? "," : "") + text(options.periodic[a]);
+  }
+  if (options.duplicates != "error") out += " --duplicates " + options.duplicates;
+  if (c.widened > 0 || c.scheme.consistency == gradpsi::Consistency::Positive)
+    out += " --on-degenerate widen";
+  if (steps && !options.fixed.empty()) out += " --fixed " + options.fixed;
+  if (steps) out += " --time-step DT --steps N";
+  return out + (trial.use() == Use::Explicit ? " -o OUT.mtx" : " -o OUT.vtu");
+}
+
+/// Which spacing would do: errors fall with the order, so the coarsest is that of the scheme that needs least.
+std::string which_spacing(const Trial& trial, std::vector<Candidate>& all) {
+  const Candidate* best = nullptr;
+  double coarsest = 0;
+  for (Candidate& c : all) {
+    if (order(c.scheme) < 1 || !fit(trial, c)) continue;
+    const double spacing =
+        trial.spacing * std::pow(trial.options.tolerance / c.error, 1.0 / order(c.scheme));
+    if (spacing > coarsest) coarsest = spacing, best = &c;
+  }
+  if (!best) return "";
+  return "A spacing of about " + cell(coarsest, "%.2g") + " would (now " +
+         cell(trial.spacing, "%.2g") + "), with " + described(*best) +
+         ", whose error is of order " + std::to_string(order(best->scheme)) + ".\n";
+}
+
+/// The same choice from all rows of all candidates, and what the sample's choice costs more.
+void check_choice(const Trial& trial, const Candidate* chosen) {
+  std::vector<Candidate> all = all_candidates(trial, trial.evolving);
+  Candidate* const best = cheapest(trial, all);
+  std::cout << "\nBrute force, " << all.size() << " candidates on all " << trial.evolving.size()
+            << " rows: ";
+  if (!best || !chosen) {
+    std::cout << (best ? "the choice would be " + described(*best) : "nothing meets the tolerance")
+              << (chosen ? "" : "; the sample found nothing") << '\n';
+    return;
+  }
+  const auto same = std::ranges::find_if(all, [&](const Candidate& c) {
+    return c.scheme == chosen->scheme && c.ratio == chosen->ratio;
+  });
+  std::cout << described(*best) << "; the choice from the sample has an error of "
+            << cell(same->error, "%.2g") << " there and a regret of "
+            << cell(100 * (same->cost / best->cost - 1), "%.1f") << " %\n";
+}
+
+void run(const Options& options) {
+  if (!(options.tolerance > 0))
+    throw gradpsi::InvalidInput("--tolerance must be > 0, not " + text(options.tolerance));
+  if (!options.laplacian() && options.what_for() != Use::Derivative)
+    throw CLI::ValidationError("--use", "explicit and implicit are about Laplacians");
+  const Problem problem = read_points(options);
+  const gradpsi::Cloud& cloud = problem.cloud;
+  if (problem.table.has("support"))
+    throw gradpsi::InvalidInput(options.points.string() +
+                                " has a column 'support': there is no support left to choose");
+  if (cloud.size() < 2) throw gradpsi::InvalidInput("advice needs two points at least");
+  const Eigen::RowVectorXd extent =
+      cloud.positions().colwise().maxCoeff() - cloud.positions().colwise().minCoeff();
+  double longest = extent.maxCoeff();
+  for (const double length : cloud.box()) longest = std::max(longest, length);
+  const double wavelength = options.wavelength.value_or(longest);
+  if (!(wavelength > 0 && std::isfinite(wavelength)))
+    throw gradpsi::InvalidInput("--wavelength must be > 0 and finite, not " + text(wavelength));
+
+  Trial trial{options,
+              cloud,
+              cloud.spacing(options.threads),
+              make_waves(cloud, wavelength, options.laplacian()),
+              {},
+              {}};
+  const Eigen::VectorXd fixed = options.fixed.empty()
+                                    ? Eigen::VectorXd(Eigen::VectorXd::Zero(cloud.size()))
+                                    : finite_column(problem.table, options.fixed);
+  for (int i = 0; i < cloud.size(); ++i)
+    if (fixed[i] == 0) trial.evolving.push_back(i);
+  if (trial.evolving.empty()) throw gradpsi::InvalidInput("all points are fixed");
+  trial.sample = sampled(trial.evolving, options.sample);
+
+  std::cout << cloud.size() << " points in " << cloud.dimension() << "D, spacing "
+            << text(trial.spacing) << "; waves of length " << text(wavelength) << " ("
+            << cell(wavelength / trial.spacing, "%.1f") << " spacings), at " << trial.sample.size()
+            << " points\n";
+  std::vector<Candidate> all = all_candidates(trial, trial.sample);
+  const Candidate* chosen = cheapest(trial, all);
+  if (chosen) {
+    std::cout << "\nTake " << described(*chosen) << ": error " << cell(chosen->error, "%.2g")
+              << " (root mean square, relative; worst row " << cell(chosen->worst, "%.2g")
+              << ")\n\n    " << command(trial, *chosen, problem.table) << "\n\n";
+    if (trial.use() == Use::Explicit)
+      std::cout << "Explicit Euler steps are stable up to dt nu = " << text(chosen->step)
+                << ".\n\n";
+  } else if (Candidate* best = most_accurate(trial, all)) {
+    std::cout << "\nNothing meets " << text(options.tolerance) << ". The best is "
+              << described(*best) << ": error " << cell(best->error, "%.2g") << ".\n"
+              << which_spacing(trial, all) << '\n';
+  } else {
+    std::cout << "\nNothing can be "
+              << (trial.use() == Use::Derivative ? "computed" : "stepped in time")
+              << " on these points.\n\n";
+  }
+  std::cout << "In the order of their cost ("
+            << (trial.use() == Use::Derivative ? "search, weights and a product"
+                : trial.use() == Use::Explicit ? "entries over the stable step"
+                                               : "entries")
+            << "); + meets the tolerance"
+            << (options.laplacian() && trial.use() != Use::Derivative ? ", - not looked at" : "")
+            << ":\n\n"
+            << table(all, chosen, trial);
+  if (options.check) check_choice(trial, chosen);
+}
+
+}  // namespace
+
+void add_advise(CLI::App& app) {
+  auto* command = app.add_subcommand(
+      "advise", "Name the cheapest scheme and support that is accurate enough on given points.");
+  auto options = std::make_shared<Options>();
+  options->add_points_to(*command);
+  command->add_option("--operator", options->derivative, "What is wanted: gradient or laplacian")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"gradient", "laplacian"}))
+      ->required();
+  command
+      ->add_option("--tolerance", options->tolerance,
+                   "The error allowed: root mean square over the points, relative to that of the\n"
+                   "derivative")
+      ->type_name("E")
+      ->required();
+  command
+      ->add_option("--wavelength", options->wavelength,
+                   "Length of the waves that are to be differentiated [the extent of the points]")
+      ->type_name("L");
+  command
+      ->add_option("--use", options->use,
+                   "derivative; or a Laplacian for explicit or implicit time steps, which must\n"
+                   "not let fields grow")
+      ->type_name("USE")
+      ->check(CLI::IsMember({"derivative", "explicit", "implicit"}))
+      ->capture_default_str();
+  command
+      ->add_option("--fixed", options->fixed,
+                   "Points where this column is not 0 keep their value: their rows do not count")
+      ->type_name("COLUMN");
+  command->add_option("--sample", options->sample, "Points to measure at; 0: all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  command->add_flag("--check", options->check,
+                    "Measure every candidate on all points, too, and say what the choice from\n"
+                    "the sample costs more");
+  command->footer(
+      "Example: gradpsi advise points.csv --operator laplacian --tolerance 0.01 --use implicit");
+  command->callback([options] { run(*options); });
+}

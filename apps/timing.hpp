@@ -1,0 +1,23 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "../lib/stopwatch.hpp"
+
+/// Seconds that work() takes: the median of at least three runs after a first one, and of a tenth of a
+/// second's worth.
+template <class Work>
+double median_seconds(const Work& work, double at_least = 0.1) {
+  work();
+  std::vector<double> seconds;
+  gradpsi::Stopwatch watch;
+  for (double total = 0; seconds.size() < 3 || (total < at_least && seconds.size() < 1000);) {
+    watch.lap();
+    work();
+    seconds.push_back(watch.lap());
+    total += seconds.back();
+  }
+  std::ranges::nth_element(seconds, seconds.begin() + seconds.size() / 2);
+  return seconds[seconds.size() / 2];
+}
