@@ -54,8 +54,8 @@ int zoc_power(const Scheme& scheme) {
 }
 
 /// Least squares whose system, its diagonal scaled to 1, has a smaller reciprocal condition number are
-/// refined.
-constexpr double refined_below = 1e-4;
+/// refined once, or twice.
+constexpr double refined_below = 1e-4, refined_twice_below = 1e-9;
 
 /// How a row was solved.
 struct Solution {
@@ -211,7 +211,9 @@ class Row {
 
     weights().setZero();
     Matrix<m, K> lacking = right_hand_side<m>();
-    const int rounds = scaled_reciprocal > refined_below ? 1 : scaled_reciprocal > 1e-9 ? 2 : 3;
+    const int rounds = scaled_reciprocal > refined_below         ? 1
+                       : scaled_reciprocal > refined_twice_below ? 2
+                                                                 : 3;
     for (int round = 0; round < rounds; ++round) {
       if (round > 0) lacking = right_hand_side<m>() - p.matrix().transpose() * weights().matrix();
       combine<m>(p, inverse.matrix * lacking);
@@ -483,7 +485,13 @@ std::optional<BatchSystem> batch_system(const Scheme& scheme, int d) {
       system.least_squares = true;
       system.limit = refined_below;
       break;
-    default: return std::nullopt;
+    default:
+      if (scheme.weight != Weight::Kernel || degree(scheme) > highest_batched_degree(d))
+        return std::nullopt;
+      system.form = Form::Monomials;
+      system.degree = degree(scheme);
+      system.least_squares = true;
+      system.limit = refined_twice_below;
   }
   return system;
 }
@@ -505,7 +513,8 @@ Systems systems(const std::vector<Request>& requests, int d, int rows) {
     // A gradient and a Laplacian of the same least-squares system are solved together.
     auto& all = result.systems;
     auto found = std::ranges::find_if(all, [&](const BatchSystem& other) {
-      return system->form != Form::Zoc && other.form == system->form && other.phi == system->phi &&
+      return system->form != Form::Zoc && other.form == system->form &&
+             other.degree == system->degree && other.phi == system->phi &&
              other.least_squares == system->least_squares &&
              (gradient ? !other.gradient[0] : !other.laplacian);
     });

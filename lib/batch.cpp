@@ -352,6 +352,174 @@ template <int D, Form form, int W>
   }
 }
 
+/// Columns of memory, each as long as the longest row.
+struct Workspace {
+  double* memory;
+  long room;
+  double* column(int c) const { return memory + c * room; }
+};
+
+/// The products of two monomials up to degree P in D dimensions: which of the moments each is, and a pair of
+/// factors of each.
+template <int D, int P>
+struct ProductTable {
+  static constexpr int M = monomial_count<D, P>, count = monomial_count<D, 2 * P> - D;
+  int moment[M][M] = {}, first[count] = {}, second[count] = {};
+  constexpr ProductTable() {
+    for (int k = 0; k < M; ++k)
+      for (int l = 0; l <= k; ++l) {
+        const int m = monomial_table<D, 2 * P>.product(k, l) - D;
+        moment[k][l] = moment[l][k] = m;
+        first[m] = k, second[m] = l;
+      }
+  }
+};
+
+/// The monomials up to degree P in the first columns and, with the weights, in as many behind them.
+template <int D, int P, int W>
+void fill_monomials(const Entries<D>& row, const Workspace& work, bool weighted) {
+  using V = Lanes<W>;
+  constexpr const auto& table = monomial_table<D, P>;
+  for (int k = 0; k < row.padded; k += W) {
+    for (int a = 0; a < D; ++a) store(work.column(a) + k, load<W>(row.s[a] + k));
+    for (int c = D; c < table.size; ++c)
+      store(work.column(c) + k,
+            load<W>(row.s[table.factor[c]] + k) * load<W>(work.column(table.rest[c]) + k));
+    if (!weighted) continue;
+    const V w = load<W>(row.weight + k);
+    for (int c = 0; c < table.size; ++c)
+      store(work.column(table.size + c) + k, w * load<W>(work.column(c) + k));
+  }
+}
+
+/// Sums over the entries, four at a time: of column a[n] times column b[n] for all n < count.
+template <int W>
+[[gnu::always_inline]] inline void dot_products(int padded, int count, const auto& a, const auto& b,
+                                                Lanes<W>* sums) {
+  using V = Lanes<W>;
+  int n = 0;
+  for (; n + 4 <= count; n += 4) {
+    V s0{}, s1{}, s2{}, s3{};
+    for (int k = 0; k < padded; k += W) {
+      s0 += load<W>(a(n) + k) * load<W>(b(n) + k);
+      s1 += load<W>(a(n + 1) + k) * load<W>(b(n + 1) + k);
+      s2 += load<W>(a(n + 2) + k) * load<W>(b(n + 2) + k);
+      s3 += load<W>(a(n + 3) + k) * load<W>(b(n + 3) + k);
+    }
+    sums[n] = s0, sums[n + 1] = s1, sums[n + 2] = s2, sums[n + 3] = s3;
+  }
+  for (; n < count; ++n) {
+    V sum{};
+    for (int k = 0; k < padded; k += W) sum += load<W>(a(n) + k) * load<W>(b(n) + k);
+    sums[n] = sum;
+  }
+}
+
+/// Adds weight times the combination c of the monomials, in the first columns, to `a`.
+template <int D, int M, int W>
+[[gnu::always_inline]] inline void combine(const Entries<D>& row, const Workspace& work,
+                                           const Lanes<W>* c, int lane, double* a) {
+  using V = Lanes<W>;
+  for (int k = 0; k < row.padded; k += W) {
+    V s0{}, s1{};
+    int l = 0;
+    for (; l + 2 <= M; l += 2) {
+      s0 += c[l][lane] * load<W>(work.column(l) + k);
+      s1 += c[l + 1][lane] * load<W>(work.column(l + 1) + k);
+    }
+    if (l < M) s0 += c[l][lane] * load<W>(work.column(l) + k);
+    store(a + k, load<W>(a + k) + load<W>(row.weight + k) * (s0 + s1));
+  }
+}
+
+/// Row::least_squares() of W rows at a time, always in two rounds.
+template <int D, int P, int W>
+void least_squares_of_degree(const BatchSystem& system, const Batch<W>& batch,
+                             const Entries<D>* row, const Workspace& work) {
+  using V = Lanes<W>;
+  constexpr int M = monomial_count<D, P>;
+  static constexpr ProductTable<D, P> products{};
+  V partial[W][products.count];
+  for (int r = 0; r < W; ++r) {
+    if (r < batch.rows) {
+      fill_monomials<D, P, W>(row[r], work, true);
+      dot_products<W>(
+          row[r].padded, products.count, [&](int n) { return work.column(products.first[n]); },
+          [&](int n) { return work.column(M + products.second[n]); }, partial[r]);
+    } else {
+      for (V& sum : partial[r]) sum = V{};
+    }
+  }
+  V moment[products.count];
+  for (int c = 0; c < products.count; ++c) moment[c] = sums<W>(&partial[0][c], products.count);
+  LaneMatrix<V, M> A;
+  for (int k = 0; k < M; ++k)
+    for (int l = 0; l < M; ++l) A(k, l) = moment[products.moment[k][l]];
+  V reciprocal;
+  const auto good = invert<M, Form::Monomials>(system, A, reciprocal);
+
+  // lacking: what the weights' moments still are to become, one output after the other.
+  V h = V{} + 1;
+  for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h;
+  const int axes = system.gradient[0] ? D : 0, outputs = axes + (system.laplacian ? 1 : 0);
+  V target[D + 1][M] = {}, lacking[D + 1][M], c[M];
+  for (int o = 0; o < axes; ++o) target[o][o] = 1 / h;
+  for (int a = 0; a < D; ++a) target[axes][D + a * D - a * (a - 1) / 2] = 2 / (h * h);
+  const auto weights = [&](int r, int o) { return work.column(2 * M + r * (D + 1) + o); };
+  for (int o = 0; o < outputs; ++o)
+    for (int l = 0; l < M; ++l) lacking[o][l] = target[o][l];
+  for (int round = 0; round < 2; ++round) {
+    V correction[D + 1][M];
+    for (int o = 0; o < outputs; ++o)
+      for (int k = 0; k < M; ++k) {
+        V sum{};
+        for (int l = 0; l < M; ++l) sum += A(k, l) * lacking[o][l];
+        correction[o][k] = sum;
+      }
+    for (int r = 0; r < batch.rows; ++r) {
+      fill_monomials<D, P, W>(row[r], work, false);
+      for (int o = 0; o < outputs; ++o) {
+        double* const a = weights(r, o);
+        for (int k = 0; round == 0 && k < row[r].padded; ++k) a[k] = 0;
+        combine<D, M, W>(row[r], work, correction[o], r, a);
+        if (round > 0) continue;
+        dot_products<W>(
+            row[r].padded, M, [&](int) { return a; }, [&](int n) { return work.column(n); }, c);
+        for (int l = 0; l < M; ++l) lacking[o][l][r] = target[o][l][r] - sum_of_lanes(c[l]);
+      }
+    }
+  }
+  for (int r = 0; r < batch.rows; ++r) {
+    const int k = batch.row[r];
+    double check = 0;
+    for (int o = 0; o < outputs; ++o) {
+      const double* const a = weights(r, o);
+      double* const value = (o < axes ? system.gradient[o] : system.laplacian) + batch.entry[r];
+      V sum{};
+      for (int n = 0; n < row[r].padded; n += W) sum += load<W>(a + n);
+      for (int n = 0; n < row[r].count; ++n) value[n] = a[n];
+      const double total = sum_of_lanes(sum);
+      value[row[r].diagonal] = 0 - total;
+      check += total - total;
+    }
+    system.solved[k] = good[r] && row[r].count > M && check == 0;
+    system.reciprocal_condition[k] = reciprocal[r];
+  }
+}
+
+template <int D, int W>
+[[gnu::always_inline]] inline void least_squares(const BatchSystem& system, const Batch<W>& batch,
+                                                 const Entries<D>* row, const Workspace& work) {
+  switch (system.degree) {
+    case 3: return least_squares_of_degree<D, 3, W>(system, batch, row, work);
+    case 4: return least_squares_of_degree<D, 4, W>(system, batch, row, work);
+  }
+  if constexpr (highest_batched_degree(D) > 4) switch (system.degree) {
+      case 5: return least_squares_of_degree<D, 5, W>(system, batch, row, work);
+      case 6: return least_squares_of_degree<D, 6, W>(system, batch, row, work);
+    }
+}
+
 template <int D, int W>
 void solve(const BatchPoints& points, const BatchRows& rows, const int* order, int first, int count,
            const BatchSystem* systems, int system_count, int most_entries, double* memory) {
@@ -365,6 +533,7 @@ void solve(const BatchPoints& points, const BatchRows& rows, const int* order, i
     row[r].weight = at, at += room;
     row[r].over = at;
   }
+  const Workspace work{memory + W * (D + 4) * room, room};
   for (int begin = 0; begin < count; begin += W) {
     Batch<W> batch;
     batch.rows = count - begin < W ? count - begin : W;
@@ -385,6 +554,7 @@ void solve(const BatchPoints& points, const BatchRows& rows, const int* order, i
         case Form::Linear: corrected<D, Form::Linear, W>(systems[s], batch, row); break;
         case Form::Quadratic: corrected<D, Form::Quadratic, W>(systems[s], batch, row); break;
         case Form::Directions: corrected<D, Form::Directions, W>(systems[s], batch, row); break;
+        case Form::Monomials: least_squares<D, W>(systems[s], batch, row, work); break;
       }
     }
   }

@@ -14,8 +14,11 @@ struct Phi {
 };
 
 /// The form of a row's weights: none but phi, or phi times a combination of s; of s and s s^T; of s and
-/// e e^T, where the conditions are still those on s and s s^T.
-enum class Form { Zoc, Linear, Quadratic, Directions };
+/// e e^T, where the conditions are still those on s and s s^T; of all monomials to a degree above 2.
+enum class Form { Zoc, Linear, Quadratic, Directions, Monomials };
+
+/// The highest degree of Form::Monomials; beyond it, matrices have over fifty rows.
+constexpr int highest_batched_degree(int dimension) { return dimension == 3 ? 4 : 6; }
 
 /// The cloud and its kernel, as plain arrays.
 struct BatchPoints {
@@ -40,6 +43,7 @@ struct BatchRows {
 struct BatchSystem {
   Phi phi;
   Form form;
+  int degree;          // of Form::Monomials
   int zoc_power;       // uncorrected weights want h to this power as a factor
   bool least_squares;  // |phi| weighs, and the scaled matrix is judged
   double limit;  // least reciprocal condition number of the matrix, or of it after scaling its
@@ -65,9 +69,11 @@ struct BatchKernels {
   DensityFunction density[3];
 };
 
-/// Room for W = 8 rows of up to `most_entries` entries.
+/// Room for W = 8 rows of up to `most_entries` entries, in columns of that length: each row's own, their
+/// weights, and the monomials of one of them, up to 34, plain and weighted.
 constexpr long batch_memory(int dimension, int most_entries) {
-  return 8L * (dimension + 4) * ((most_entries + 7) / 8 * 8);
+  const long row = dimension + 4, weights = dimension + 1;
+  return (8 * (row + weights) + 2 * 34) * ((most_entries + 7) / 8 * 8);
 }
 
 template <int W>

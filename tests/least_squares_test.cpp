@@ -173,8 +173,10 @@ TEST(Widen, CornersGetTheSupportTheyNeed) {
     const Operator alone =
         assemble("laplacian-ls-4", cloud, find_neighbours(cloud, op.rows.supports[i]),
                  {.rows = std::vector<int>{i}});
-    EXPECT_EQ(Eigen::RowVectorXd(op.matrix().row(i)), Eigen::RowVectorXd(alone.matrix().row(0)));
-    EXPECT_EQ(op.rows.reciprocal_condition[i], alone.rows.reciprocal_condition[0]);
+    // Widened rows are solved one at a time; the systems' condition is up to 1e9.
+    const Eigen::RowVectorXd row = alone.matrix().row(0);
+    EXPECT_LT((op.matrix().row(i) - row).norm(), 1e-7 * row.norm());
+    EXPECT_NEAR(op.rows.reciprocal_condition[i] / alone.rows.reciprocal_condition[0], 1, 1e-6);
   }
   EXPECT_EQ(widened, op.rows.degenerate());
   EXPECT_GE(widened, 4);
@@ -232,8 +234,9 @@ TEST(Lower, GoesDownDegreeByDegree) {
                  {.on_degenerate = OnDegenerate::Lower});
     for (int i = 0; i < cloud.size(); ++i)
       if (op.rows.degree[i] == P) {
-        EXPECT_EQ(Eigen::RowVectorXd(op.matrix().row(i)),
-                  Eigen::RowVectorXd(lower.matrix().row(i)));
+        // Lowered rows are solved one at a time; the systems' condition is up to 1e9.
+        const Eigen::RowVectorXd row = lower.matrix().row(i);
+        EXPECT_LT((op.matrix().row(i) - row).norm(), 1e-7 * row.norm());
       }
   }
 }

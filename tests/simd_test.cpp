@@ -54,6 +54,27 @@ TEST_P(VectorCode, AssemblesWhatRowsByThemselvesGive) {
     }
 }
 
+TEST_P(VectorCode, AssemblesHigherDegreesAsRowsByThemselves) {
+  for (const int d : {1, 2, 3}) {
+    const Cloud cloud = periodic(irregular_cloud(d, d == 1 ? 40 : d == 2 ? 14 : 10));
+    for (int P = 3; P <= highest_batched_degree(d); ++P)
+      for (const char* derivative : {"gradient-ls-", "laplacian-ls-"}) {
+        const Scheme scheme(derivative + std::to_string(P));
+        const double support = std::min(1.1 * *support_ratio(scheme) * cloud.spacing(), 0.49);
+        const Neighbours near = find_neighbours(cloud, support);
+        const AssemblyOptions options{.on_degenerate = OnDegenerate::Zero};
+        const Operator rows = assemble_with(nullptr, {scheme}, cloud, near, options).front();
+        const Operator op = assemble_with(&code(), {scheme}, cloud, near, options).front();
+        EXPECT_EQ(op.rows.outcome, rows.rows.outcome);
+        // Both are refined until the conditions hold to rounding, which fixes the weights up to that
+        // times the condition after scaling the diagonal; 100 times that is allowed.
+        EXPECT_LT(difference(op, rows), 100 * tolerance) << name(scheme) << d;
+        for (std::size_t a = 0; a < op.axes.size(); ++a)
+          EXPECT_LT(SparseMatrix(op.axes[a] - rows.axes[a]).norm(), 1e-9 * rows.axes[a].norm());
+      }
+  }
+}
+
 TEST_P(VectorCode, LeavesDegenerateRowsToTheirPolicy) {
   const Cloud cloud = irregular_cloud(2, 12);
   const Neighbours near = find_neighbours(cloud, 1.5 * cloud.spacing());
