@@ -23,6 +23,10 @@ echo "== Where Laplacians grow, what was foretold, and what cures it =="
 $gradpsi stability --quick --out $results
 
 echo
+echo "== Accuracy against cost: every scheme, two supports, two resolutions =="
+$gradpsi tradeoff --quick --out $results | tail -n 12
+
+echo
 echo "== Real points: the letters S, P, H (3,993 scattered points in 3D, apps/data) =="
 echo "u = sin(8x) cos(7y) exp(3z); what its derivatives should be is known."
 awk -F, 'NR == 1 {print $0 ",u"} NR > 1 {printf "%s,%.17g\n", $0, sin(8*$1) * cos(7*$2) * exp(3*$3)}' \
@@ -58,6 +62,8 @@ for scheme in gradient-direct-zoc gradient-direct-foc gradient-direct-soc \
 done
 $gradpsi derive $results/letters.csv --field u --scheme gradient-direct-soc --support-ratio 3 \
   --on-degenerate lower -o $results/letters.vtu >/dev/null
+echo "What should be taken there, for 5 % on waves of length 0.5?"
+$gradpsi advise $results/letters.csv --operator laplacian --tolerance 0.05 --wavelength 0.5 | sed -n 3,5p
 
 echo
 echo "== Diffusion: orders in time and space, a Poisson problem, a slab of two conductivities =="

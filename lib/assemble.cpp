@@ -500,10 +500,9 @@ std::optional<BatchSystem> batch_system(const Scheme& scheme, int d) {
 struct Systems {
   std::vector<BatchSystem> systems;
   std::vector<int> of_request;  // -1: none
-  std::vector<std::vector<unsigned char>> solved;
 };
 
-Systems systems(const std::vector<Request>& requests, int d, int rows) {
+Systems systems(const std::vector<Request>& requests, int d) {
   Systems result;
   for (const auto& [scheme, op] : requests) {
     auto system = batch_system(*scheme, d);
@@ -527,82 +526,119 @@ Systems systems(const std::vector<Request>& requests, int d, int rows) {
       found->reciprocal_condition = op->rows.reciprocal_condition.data();
     result.of_request.back() = static_cast<int>(found - all.begin());
   }
-  result.solved.assign(result.systems.size(), std::vector<unsigned char>(rows));
-  for (std::size_t s = 0; s < result.systems.size(); ++s)
-    result.systems[s].solved = result.solved[s].data();
   return result;
 }
 
 Systems no_systems(const std::vector<Request>& requests) {
-  return {{}, std::vector<int>(requests.size(), -1), {}};
+  return {{}, std::vector<int>(requests.size(), -1)};
 }
 
-/// Row k, about point i, by itself: one that the vector code has no form for or left unsolved.
-template <int D, Derivative Which>
-void solve_alone(Row<D, Which>& row, const Request& request, const std::vector<Scheme>& steps,
-                 const Cloud& cloud, const Neighbours& near, const Eigen::VectorXd& volumes, int i,
-                 int k) {
-  const auto neighbours = near.of(i);
-  row.gather(cloud, neighbours, near.support(i), volumes, i);
-  solve_row(row, steps, request.op->rows, k);
-  for (int axis = 0; axis < Row<D, Which>::K; ++axis) {
-    SparseMatrix& matrix = request.op->axes[axis];
-    write_axis(row, neighbours, i, axis, matrix.valuePtr() + matrix.outerIndexPtr()[k]);
+constexpr int rows_per_chunk = 512;
+
+/// What a thread needs to compute rows; a copy has memory of its own.
+template <int D>
+class RowWorker {
+ public:
+  RowWorker(const Simd* vector_code, const std::vector<Request>& requests, const Cloud& cloud,
+            const Neighbours& near, const Eigen::VectorXd& volumes, const Rows& rows,
+            const AssemblyOptions& options)
+      : vector_code_(vector_code),
+        requests_(requests),
+        cloud_(cloud),
+        near_(near),
+        volumes_(volumes),
+        rows_(rows),
+        // Points that are near one another in turn, so that what they share is still in the cache.
+        order_(rows.chosen || near.order.size() == 0 ? nullptr : near.order.data()),
+        points_(batch_points(cloud, near, options.kernel, volumes)),
+        plan_(vector_code ? systems(requests, D) : no_systems(requests)),
+        solved_(plan_.systems.size() * rows_per_chunk),
+        gradient_(options.kernel),
+        laplacian_(options.kernel) {
+    const SparseMatrix& pattern = requests.front().op->axes.front();
+    pattern_ = {pattern.outerIndexPtr(), pattern.innerIndexPtr(),
+                rows.chosen ? rows.chosen->data() : nullptr};
+    for (const Request& request : requests)
+      ladders_.push_back(ladder(*request.scheme, options.on_degenerate));
   }
-}
+
+  /// Computes up to rows_per_chunk rows of all requests, and their reports.
+  void operator()(int begin, int end) {
+    solve_together(begin, end);
+    for (std::size_t r = 0; r < requests_.size(); ++r)
+      for (int n = begin; n < end; ++n) finish(static_cast<int>(r), row(n), n - begin);
+  }
+
+ private:
+  int row(int n) const { return order_ ? order_[n] : n; }
+
+  void solve_together(int begin, int end) {
+    if (plan_.systems.empty()) return;
+    int most = 0;
+    for (int n = begin; n < end; ++n)
+      most = std::max(most, pattern_.outer[row(n) + 1] - pattern_.outer[row(n)]);
+    for (std::size_t s = 0; s < plan_.systems.size(); ++s)
+      plan_.systems[s].solved = solved_.data() + s * rows_per_chunk;
+    vector_code_->batch.solve[D - 1](points_, pattern_, order_ ? order_ + begin : nullptr, begin,
+                                     end - begin, plan_.systems.data(),
+                                     static_cast<int>(plan_.systems.size()), most,
+                                     memory_.doubles(batch_memory(D, most)));
+  }
+
+  /// Reports row k of request r, the chunk's n-th; computes it by itself if that has not been done.
+  void finish(int r, int k, int n) {
+    const Request& request = requests_[r];
+    RowReport& report = request.op->rows;
+    const int i = rows_.point(k), s = plan_.of_request[r];
+    report.neighbours[k] = near_.count(i);
+    report.supports[k] = near_.support(i);
+    if (s >= 0 && solved_[s * rows_per_chunk + n]) {
+      report.reciprocal_condition[k] = plan_.systems[s].reciprocal_condition[k];
+      report.outcome[k] = RowOutcome::AsAsked;
+      report.degree[k] = degree(*request.scheme);
+    } else if (request.scheme->derivative == Derivative::Gradient) {
+      solve_alone(gradient_, request, ladders_[r], i, k);
+    } else {
+      solve_alone(laplacian_, request, ladders_[r], i, k);
+    }
+  }
+
+  template <Derivative Which>
+  void solve_alone(Row<D, Which>& row, const Request& request, const std::vector<Scheme>& steps,
+                   int i, int k) {
+    const auto neighbours = near_.of(i);
+    row.gather(cloud_, neighbours, near_.support(i), volumes_, i);
+    solve_row(row, steps, request.op->rows, k);
+    for (int axis = 0; axis < Row<D, Which>::K; ++axis)
+      write_axis(row, neighbours, i, axis, request.op->axes[axis].valuePtr() + pattern_.outer[k]);
+  }
+
+  const Simd* vector_code_;
+  const std::vector<Request>& requests_;
+  const Cloud& cloud_;
+  const Neighbours& near_;
+  const Eigen::VectorXd& volumes_;
+  Rows rows_;
+  const int* order_;
+  BatchPoints points_;
+  BatchRows pattern_;
+  Systems plan_;
+  std::vector<unsigned char> solved_;  // by system, of the chunk's rows
+  std::vector<std::vector<Scheme>> ladders_;
+  Row<D, Derivative::Gradient> gradient_;
+  Row<D, Derivative::Laplacian> laplacian_;
+  LaneMemory memory_;
+};
 
 /// Computes the values of all requests, whose matrices have their pattern, and their row reports.
-template <int D>
 void fill(const Simd* vector_code, const std::vector<Request>& requests, const Cloud& cloud,
           const Neighbours& near, const Eigen::VectorXd& volumes, const Rows& rows,
           const AssemblyOptions& options) {
-  const SparseMatrix& pattern = requests.front().op->axes.front();
-  const int* const outer = pattern.outerIndexPtr();
-  const BatchRows batch{outer, pattern.innerIndexPtr(),
-                        rows.chosen ? rows.chosen->data() : nullptr};
-  const Systems plan = vector_code ? systems(requests, D, rows.count) : no_systems(requests);
-  const BatchPoints points = batch_points(cloud, near, options.kernel, volumes);
-  // Points that are near one another in turn, so that what they share is still in the cache.
-  const int* const order = rows.chosen || near.order.size() == 0 ? nullptr : near.order.data();
-  std::vector<std::vector<Scheme>> ladders;
-  for (const Request& request : requests)
-    ladders.push_back(ladder(*request.scheme, options.on_degenerate));
-
-  parallel_chunks(
-      rows.count, 512, options.threads,
-      [&, memory = LaneMemory(), gradient = Row<D, Derivative::Gradient>(options.kernel),
-       laplacian = Row<D, Derivative::Laplacian>(options.kernel)](int begin, int end) mutable {
-        int most = 0;
-        for (int n = begin; n < end; ++n) {
-          const int k = order ? order[n] : n;
-          most = std::max(most, outer[k + 1] - outer[k]);
-        }
-        if (!plan.systems.empty())
-          vector_code->batch.solve[D - 1](points, batch, order ? order + begin : nullptr, begin,
-                                          end - begin, plan.systems.data(),
-                                          static_cast<int>(plan.systems.size()), most,
-                                          memory.doubles(batch_memory(D, most)));
-        for (std::size_t r = 0; r < requests.size(); ++r) {
-          const int s = plan.of_request[r];
-          RowReport& report = requests[r].op->rows;
-          const int exact = degree(*requests[r].scheme);
-          for (int n = begin; n < end; ++n) {
-            const int k = order ? order[n] : n;
-            const int i = rows.point(k);
-            report.neighbours[k] = near.count(i);
-            report.supports[k] = near.support(i);
-            if (s >= 0 && plan.solved[s][k]) {
-              report.reciprocal_condition[k] = plan.systems[s].reciprocal_condition[k];
-              report.outcome[k] = RowOutcome::AsAsked;
-              report.degree[k] = exact;
-            } else {
-              requests[r].scheme->derivative == Derivative::Gradient
-                  ? solve_alone(gradient, requests[r], ladders[r], cloud, near, volumes, i, k)
-                  : solve_alone(laplacian, requests[r], ladders[r], cloud, near, volumes, i, k);
-            }
-          }
-        }
-      });
+  dispatch(cloud.dimension(), [&](auto d) {
+    parallel_chunks(
+        rows.count, rows_per_chunk, options.threads,
+        RowWorker<decltype(d)::value>(vector_code, requests, cloud, near, volumes, rows, options));
+  });
 }
 
 void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
@@ -649,20 +685,6 @@ void throw_if_degenerate(const Scheme& scheme, int dimension, const Rows& rows,
 Rows chosen_rows(const AssemblyOptions& options, const Cloud& cloud) {
   if (!options.rows) return {nullptr, cloud.size()};
   return {&*options.rows, static_cast<int>(options.rows->size())};
-}
-
-Eigen::VectorXd volumes_of(const Cloud& cloud, const Neighbours& near,
-                           const AssemblyOptions& options) {
-  return cloud.has_volumes() ? cloud.volumes()
-                             : number_density_volumes(cloud, near, options.kernel, options.threads);
-}
-
-void fill(const Simd* vector_code, const std::vector<Request>& requests, const Cloud& cloud,
-          const Neighbours& near, const Eigen::VectorXd& volumes, const Rows& rows,
-          const AssemblyOptions& options) {
-  dispatch(cloud.dimension(), [&](auto d) {
-    fill<decltype(d)::value>(vector_code, requests, cloud, near, volumes, rows, options);
-  });
 }
 
 std::vector<Request> requests(const std::vector<Scheme>& schemes,
@@ -749,7 +771,9 @@ std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<S
   std::vector<Operator> operators(schemes.size());
   if (schemes.empty()) return operators;
   const Rows rows = chosen_rows(options, cloud);
-  const Eigen::VectorXd volumes = volumes_of(cloud, near, options);
+  const Eigen::VectorXd volumes =
+      cloud.has_volumes() ? cloud.volumes()
+                          : number_density_volumes(cloud, near, options.kernel, options.threads);
   for (std::size_t r = 0; r < schemes.size(); ++r) {
     operators[r].axes.resize(schemes[r].derivative == Derivative::Gradient ? cloud.dimension() : 1);
     for (SparseMatrix& matrix : operators[r].axes)
@@ -771,7 +795,10 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   check(scheme, cloud, near, options);
   const Rows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
-  op.volumes = volumes_of(cloud, near, options);
+  if (cloud.has_volumes())
+    op.volumes = cloud.volumes();
+  else
+    op.volumes = number_density_volumes(cloud, near, options.kernel, options.threads);
   fill(&simd(), {{&scheme, &op}}, cloud, near, op.volumes, rows, options);
   finish(scheme, cloud, rows, options, op);
 }

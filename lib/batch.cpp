@@ -278,6 +278,7 @@ template <int D, int W>
 template <int W>
 struct Batch {
   int rows;
+  int first;     // of the call's rows
   int row[W];    // k
   int entry[W];  // outer[k]
 };
@@ -298,7 +299,7 @@ template <int D, int W>
       for (int a = 0; a < D; ++a) c[a][a] = factor, value[a] = system.gradient[a] + entry;
       finite = emit<D, Form::Zoc, D, W>(row[r], c, value);
     }
-    system.solved[k] = finite && row[r].count > 1;
+    system.solved[batch.first + r] = finite && row[r].count > 1;
     system.reciprocal_condition[k] = 1;
   }
 }
@@ -337,7 +338,7 @@ template <int D, Form form, int W>
     double own[D + 1][9];
     double* value[D + 1];
     for (int o = 0; o < axes; ++o) value[o] = system.gradient[o] + batch.entry[r];
-    value[axes] = system.laplacian + batch.entry[r];
+    if (system.laplacian) value[axes] = system.laplacian + batch.entry[r];
     const int outputs = axes + (system.laplacian ? 1 : 0);
     for (int o = 0; o < outputs; ++o)
       for (int l = 0; l < M; ++l) own[o][l] = c[o][l][r];
@@ -347,7 +348,7 @@ template <int D, Form form, int W>
       solved = outputs == 1   ? emit<D, form, 1, W>(row[r], own, value)
                : outputs == D ? emit<D, form, D, W>(row[r], own, value)
                               : emit<D, form, D + 1, W>(row[r], own, value);
-    system.solved[k] = solved;
+    system.solved[batch.first + r] = solved;
     system.reciprocal_condition[k] = reciprocal[r];
   }
 }
@@ -502,7 +503,7 @@ void least_squares_of_degree(const BatchSystem& system, const Batch<W>& batch,
       value[row[r].diagonal] = 0 - total;
       check += total - total;
     }
-    system.solved[k] = good[r] && row[r].count > M && check == 0;
+    system.solved[batch.first + r] = good[r] && row[r].count > M && check == 0;
     system.reciprocal_condition[k] = reciprocal[r];
   }
 }
@@ -537,6 +538,7 @@ void solve(const BatchPoints& points, const BatchRows& rows, const int* order, i
   for (int begin = 0; begin < count; begin += W) {
     Batch<W> batch;
     batch.rows = count - begin < W ? count - begin : W;
+    batch.first = begin;
     for (int r = 0; r < batch.rows; ++r) {
       const int k = order ? order[begin + r] : first + begin + r;
       batch.row[r] = k;

@@ -51,7 +51,8 @@ struct BatchSystem {
   double* gradient[3];  // values, entry by entry; null: not wanted
   double* laplacian;
   double* reciprocal_condition;  // one a row, of the matrix as it is
-  unsigned char* solved;  // whether the row's values can be used; it is otherwise left half done
+  // Of the rows of this call, in their order, whether the values can be used; others are left half done.
+  unsigned char* solved;
 };
 
 /// Does what is asked for the rows order[0] .. order[count - 1] (null: first, first + 1, ..).

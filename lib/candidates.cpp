@@ -4,10 +4,6 @@
 
 #include "lanes.hpp"
 
-#if GRADPSI_LANES > 2
-#include <immintrin.h>
-#endif
-
 namespace gradpsi {
 namespace {
 

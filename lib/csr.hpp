@@ -11,7 +11,12 @@ namespace gradpsi {
 
 /// Rows begin to end of A x.
 inline void rows_product(const SparseMatrix& A, int begin, int end, const double* x, double* y) {
-  simd().products.vectors[0]({A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {x}, {y}},
+  simd().products.vectors[0]({A.outerIndexPtr(),
+                              A.innerIndexPtr(),
+                              static_cast<int>(A.nonZeros()),
+                              {A.valuePtr()},
+                              {x},
+                              {y}},
                              begin, end);
 }
 

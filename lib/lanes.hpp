@@ -1,5 +1,11 @@
 #pragma once
 
+#include <utility>
+
+#if defined(__AVX__)
+#include <immintrin.h>
+#endif
+
 namespace gradpsi {
 
 // The vector code is compiled several times, for W = 2 (any x86-64), 4 (AVX2) and 8 (AVX-512) doubles an
@@ -39,11 +45,9 @@ template <class V>
 [[gnu::always_inline]] inline V square_root(V v) {
   constexpr int lanes = sizeof(V) / sizeof(double);
 #if defined(__AVX512F__)
-  if constexpr (lanes == 8)
-    return __builtin_ia32_sqrtpd512_mask(v, v, -1, 4);  // 4: as rounding is set
-#endif
-#if defined(__AVX__)
-  if constexpr (lanes == 4) return __builtin_ia32_sqrtpd256(v);
+  if constexpr (lanes == 8) return (V)_mm512_sqrt_pd((__m512d)v);
+#elif defined(__AVX__)
+  if constexpr (lanes == 4) return (V)_mm256_sqrt_pd((__m256d)v);
 #endif
   for (int l = 0; l < lanes; ++l) v[l] = __builtin_sqrt(v[l]);
   return v;
@@ -61,22 +65,17 @@ template <class V>
                         __builtin_shufflevector(v, v, 4, 5, 6, 7));
 }
 
-template <int W>
-struct ShuffleOf {
-  typedef long long Type __attribute__((vector_size(W * sizeof(long long))));
-};
-
 /// Lane l of the result is, in lanes whose bit `stride` is not set, a[l] + a[l + stride], in the others
 /// b[l - stride] + b[l].
+template <int W, int stride, int... l>
+[[gnu::always_inline]] inline Lanes<W> fold(Lanes<W> a, Lanes<W> b,
+                                            std::integer_sequence<int, l...>) {
+  return __builtin_shufflevector(a, b, ((l & stride ? W : 0) + (l & ~stride))...) +
+         __builtin_shufflevector(a, b, ((l & stride ? W : 0) + (l | stride))...);
+}
 template <int W, int stride>
 [[gnu::always_inline]] inline Lanes<W> fold(Lanes<W> a, Lanes<W> b) {
-  typename ShuffleOf<W>::Type low, high;
-  for (int l = 0; l < W; ++l) {
-    const int from = l & stride ? W : 0;
-    low[l] = from + (l & ~stride);
-    high[l] = from + (l | stride);
-  }
-  return __builtin_shuffle(a, b, low) + __builtin_shuffle(a, b, high);
+  return fold<W, stride>(a, b, std::make_integer_sequence<int, W>());
 }
 
 /// Lane r of the result is the sum of the lanes of v[r * step], r < W.

@@ -4,10 +4,6 @@
 
 #include "lanes.hpp"
 
-#if GRADPSI_LANES == 8
-#include <immintrin.h>
-#endif
-
 namespace gradpsi {
 namespace {
 
@@ -33,34 +29,51 @@ using V = Lanes<W>;
   return __builtin_convertvector(v, V);
 }
 
+using Mask = decltype(V{} < V{});
+
+/// All lanes before `count`, which may be any number.
+[[gnu::always_inline]] inline Mask first_lanes(int count) {
+  Mask lane;
+  for (int l = 0; l < W; ++l) lane[l] = l;
+  return lane < count;
+}
+
 template <int matrices, int vectors, class Value>
 void product(const ProductArguments<Value>& arguments, int begin, int end) {
   constexpr int products = matrices * vectors;
   constexpr int sums = products == 1 ? 2 : 1;  // so that additions need not wait for one another
+  constexpr int step = sums * W;
   const int* const inner = arguments.inner;
   for (int i = begin; i < end; ++i) {
     V sum[sums][products] = {};
-    const auto add = [&](int s, int k) __attribute__((always_inline)) {
-      for (int v = 0; v < vectors; ++v) {
-        const V x = gather(arguments.x[v], inner + k);
-        for (int m = 0; m < matrices; ++m)
-          sum[s][m * vectors + v] += values(arguments.values[m] + k) * x;
-      }
-    };
     int k = arguments.outer[i];
     const int stop = arguments.outer[i + 1];
-    for (; k + sums * W <= stop; k += sums * W)
-      for (int s = 0; s < sums; ++s) add(s, k + s * W);
-    if (sums == 2 && k + W <= stop) add(0, k), k += W;
-    double total[products];
-    for (int p = 0; p < products; ++p)
-      total[p] = sum_of_lanes(sums == 2 ? sum[0][p] + sum[sums - 1][p] : sum[0][p]);
-    for (; k < stop; ++k)
+    for (; k + step <= stop; k += step)
+      for (int s = 0; s < sums; ++s)
+        for (int v = 0; v < vectors; ++v) {
+          const V x = gather(arguments.x[v], inner + k + s * W);
+          for (int m = 0; m < matrices; ++m)
+            sum[s][m * vectors + v] += values(arguments.values[m] + k + s * W) * x;
+        }
+    // The rest at once, together with what follows and does not count: a loop over it would end at
+    // another place in each row, which no processor can foresee.
+    const bool at_once = k < stop && k + step <= arguments.entries;
+    for (int s = 0; at_once && s < sums; ++s)
       for (int v = 0; v < vectors; ++v) {
-        const double x = arguments.x[v][inner[k]];
-        for (int m = 0; m < matrices; ++m) total[m * vectors + v] += arguments.values[m][k] * x;
+        const Mask counts = first_lanes(stop - k - s * W);
+        const V x = gather(arguments.x[v], inner + k + s * W);
+        for (int m = 0; m < matrices; ++m) {
+          const V a = values(arguments.values[m] + k + s * W);
+          sum[s][m * vectors + v] += (counts ? a : V{}) * (counts ? x : V{});
+        }
       }
-    for (int p = 0; p < products; ++p) arguments.y[p][i - begin] = total[p];
+    for (int p = 0; p < products; ++p) {
+      double total = sum_of_lanes(sums == 2 ? sum[0][p] + sum[sums - 1][p] : sum[0][p]);
+      if (!at_once)
+        for (int l = k; l < stop; ++l)
+          total += arguments.values[p / vectors][l] * arguments.x[p % vectors][inner[l]];
+      arguments.y[p][i - begin] = total;
+    }
   }
 }
 

@@ -9,6 +9,7 @@ template <class Value>
 struct ProductArguments {
   const int* outer;
   const int* inner;
+  int entries;  // of the whole matrix, beyond which nothing is read
   const Value* values[3];
   const double* x[4];
   double* y[4];  // of several matrices and one vector, or of one matrix and several vectors

@@ -25,16 +25,20 @@ void check_apart(const double* x, const double* y) {
   if (x == y && x) throw InvalidInput("a product cannot be written over its argument");
 }
 
+template <class Matrix>
+int entries(const Matrix& A) {
+  return static_cast<int>(A.nonZeros());
+}
+
 /// Calls body(begin, end) on ranges of rows of about as many entries.
 template <class Matrix, class Body>
 void parallel_rows(const Matrix& A, int threads, const Body& body) {
   const int* const outer = A.outerIndexPtr();
   const int rows = static_cast<int>(A.rows());
-  const int entries = outer[rows];
-  const int parts = std::max(1, entries / entries_per_chunk);
+  const int parts = std::max(1, entries(A) / entries_per_chunk);
   const auto first_row = [&](int part) {
     if (part == parts) return rows;
-    const auto entry = static_cast<int>(static_cast<std::int64_t>(entries) * part / parts);
+    const auto entry = static_cast<int>(std::int64_t{entries(A)} * part / parts);
     return static_cast<int>(std::lower_bound(outer, outer + rows, entry) - outer);
   };
   parallel_chunks(parts, 1, threads, [&](int part, int) {
@@ -61,7 +65,8 @@ void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& 
   y.resize(A.rows());
   run<SparseMatrix, double>(
       A, simd().products.vectors[0],
-      {A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {x.data()}, {y.data()}}, 1, threads);
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      threads);
 }
 
 void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, int threads) {
@@ -71,7 +76,7 @@ void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& 
   for (Eigen::Index first = 0; first < X.cols(); first += 4) {
     const int count = static_cast<int>(std::min<Eigen::Index>(4, X.cols() - first));
     ProductArguments<double> arguments{
-        A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {}, {}};
+        A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {}, {}};
     for (int c = 0; c < count; ++c) {
       arguments.x[c] = X.col(first + c).data();
       arguments.y[c] = Y.col(first + c).data();
@@ -95,7 +100,7 @@ void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eige
   const int count = static_cast<int>(axes.size());
   Y.resize(first.rows(), count);
   ProductArguments<double> arguments{
-      first.outerIndexPtr(), first.innerIndexPtr(), {}, {x.data()}, {}};
+      first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
   for (int a = 0; a < count; ++a) {
     arguments.values[a] = axes[a].valuePtr();
     arguments.y[a] = Y.col(a).data();
@@ -110,7 +115,8 @@ void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::Vect
   y.resize(A.rows());
   run<SingleSparseMatrix, float>(
       A, simd().products.single,
-      {A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {x.data()}, {y.data()}}, 1, threads);
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      threads);
 }
 
 void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd& y,

@@ -88,6 +88,20 @@ INSTANTIATE_TEST_SUITE_P(Diffusion, Steps,
                                   (std::get<2>(the_case.param) == 1 ? "_stiff" : "");
                          });
 
+// What threads work with grows with the longest row, not with the cloud.
+TEST(Reassemble, AllocatesNoMoreForMorePoints) {
+  std::vector<long> counts;
+  for (const int side : {30, 90}) {
+    const Cloud cloud = make_cloud(Lattice{.points_per_side = side, .jitter = 0.2});
+    const Neighbours near = find_neighbours(cloud, 3 * cloud.spacing(), 1);
+    Operator op = assemble("laplacian-mixed-soc-ls", cloud, near, {.threads = 1});
+    const long before = allocations;
+    reassemble("laplacian-mixed-soc-ls", cloud, near, op, {.threads = 1});
+    counts.push_back(allocations - before);
+  }
+  EXPECT_EQ(counts[0], counts[1]);
+}
+
 }  // namespace
 }  // namespace gradpsi
 

@@ -155,6 +155,7 @@ TEST_P(VectorCode, MultipliesRowsOfAnyLength) {
   A.makeCompressed();
   const SparseMatrix B = 2 * A, C = A.cwiseProduct(A);
   const Eigen::SparseMatrix<float, Eigen::RowMajor> single = A.cast<float>();
+  const auto entries = static_cast<int>(A.nonZeros());
   const Eigen::MatrixXd x = Eigen::MatrixXd::Random(n, 4);
   Eigen::MatrixXd y(n, 4);
   const auto near = [&](const Eigen::MatrixXd& result, const Eigen::MatrixXd& expected) {
@@ -162,7 +163,7 @@ TEST_P(VectorCode, MultipliesRowsOfAnyLength) {
   };
   for (int vectors = 1; vectors <= 4; ++vectors) {
     ProductArguments<double> arguments{
-        A.outerIndexPtr(), A.innerIndexPtr(), {A.valuePtr()}, {}, {}};
+        A.outerIndexPtr(), A.innerIndexPtr(), entries, {A.valuePtr()}, {}, {}};
     for (int v = 0; v < vectors; ++v)
       arguments.x[v] = x.col(v).data(), arguments.y[v] = y.col(v).data();
     code().products.vectors[vectors - 1](arguments, 0, n);
@@ -171,6 +172,7 @@ TEST_P(VectorCode, MultipliesRowsOfAnyLength) {
   for (int matrices = 1; matrices <= 3; ++matrices) {
     code().products.matrices[matrices - 1]({A.outerIndexPtr(),
                                             A.innerIndexPtr(),
+                                            entries,
                                             {A.valuePtr(), B.valuePtr(), C.valuePtr()},
                                             {x.data()},
                                             {y.col(0).data(), y.col(1).data(), y.col(2).data()}},
@@ -178,9 +180,13 @@ TEST_P(VectorCode, MultipliesRowsOfAnyLength) {
     const SparseMatrix* all[] = {&A, &B, &C};
     for (int m = 0; m < matrices; ++m) EXPECT_TRUE(near(y.col(m), *all[m] * x.col(0)));
   }
-  code().products.single(
-      {single.outerIndexPtr(), single.innerIndexPtr(), {single.valuePtr()}, {x.data()}, {y.data()}},
-      0, n);
+  code().products.single({single.outerIndexPtr(),
+                          single.innerIndexPtr(),
+                          entries,
+                          {single.valuePtr()},
+                          {x.data()},
+                          {y.data()}},
+                         0, n);
   EXPECT_TRUE(near(y.col(0), single.cast<double>() * x.col(0)));
 }
 
