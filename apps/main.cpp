@@ -1,5 +1,7 @@
 // gradpsi: sparse gradient and Laplacian matrices of point clouds. See `gradpsi --help`.
 
+#include <dlfcn.h>
+
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -26,6 +28,13 @@ std::string complaint(const CLI::App& app, const CLI::ParseError& error, int arg
   return text;
 }
 
+/// OpenBLAS starts its threads when the program is loaded, and they spin for a tenth of a second on the
+/// cores that the search wants. Sent home, they come back when there is something to factorise.
+void send_blas_threads_home() {
+  if (void* const shutdown = dlsym(RTLD_DEFAULT, "blas_thread_shutdown_"))
+    reinterpret_cast<int (*)()>(shutdown)();
+}
+
 int fail(const std::string& message) {
   std::cerr << "error: " << message << '\n';
   return 1;
@@ -36,6 +45,7 @@ int fail(const std::string& message) {
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe or a limit on sizes becomes a failed write
   std::signal(SIGXFSZ, SIG_IGN);
+  send_blas_threads_home();
 
   CLI::App app("Sparse gradient and Laplacian matrices of point clouds, by SPH-like schemes.",
                "gradpsi");
