@@ -12,7 +12,9 @@
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <random>
+#include <utility>
 
 #include "commands.hpp"
 #include "operator_options.hpp"
@@ -93,7 +95,9 @@ struct Candidate {
   double step = 0;                   // Laplacians: dt nu that explicit Euler bears, by Gershgorin
   double cost = 0;                   // see cost()
   int zero = 0, widened = 0;         // rows
-  std::optional<bool> grows = {};
+  bool looked_at =
+      false;  // whether errors, rows and step are those of all rows, and `grows` is known
+  bool grows = false;
 
   bool complete() const { return zero == 0; }
 };
@@ -138,16 +142,27 @@ std::vector<int> sampled(std::vector<int> points, int count) {
   return points;
 }
 
-void set_errors(const Trial& trial, const gradpsi::Operator& op, const std::vector<int>& rows,
-                Candidate& c) {
-  Eigen::VectorXd squared = Eigen::VectorXd::Zero(std::ssize(rows));
-  for (std::size_t a = 0; a < op.axes.size(); ++a)
-    squared += (op.axes[a] * trial.waves.u - trial.waves.derivatives[a](rows, Eigen::all))
+/// Errors, rows and step from the operator's rows of these points, `place[k]` being where points[k] is.
+void set_findings(const Trial& trial, const gradpsi::Operator& op, const std::vector<int>& points,
+                  const std::vector<int>& place, Candidate& c) {
+  Eigen::VectorXd squared = Eigen::VectorXd::Zero(std::ssize(points));
+  for (std::size_t a = 0; a < op.axes.size(); ++a) {
+    const Eigen::MatrixXd found = op.axes[a] * trial.waves.u;
+    squared += (found(place, Eigen::all) - trial.waves.derivatives[a](points, Eigen::all))
                    .rowwise()
                    .squaredNorm();
+  }
   squared /= static_cast<double>(trial.waves.u.cols());
   c.error = std::sqrt(squared.mean()) / trial.waves.scale;
   c.worst = std::sqrt(squared.maxCoeff()) / trial.waves.scale;
+  c.zero = c.widened = 0;
+  double largest = 0;
+  for (const int k : place) {
+    c.zero += op.rows.outcome[k] == gradpsi::RowOutcome::Zero;
+    c.widened += op.rows.outcome[k] == gradpsi::RowOutcome::Widened;
+    largest = std::max(largest, op.matrix().row(k).cwiseAbs().sum());
+  }
+  c.step = 2 / largest;
 }
 
 Candidate measured(const Trial& trial, const Scheme& scheme, double ratio, const Neighbours& near,
@@ -160,22 +175,14 @@ Candidate measured(const Trial& trial, const Scheme& scheme, double ratio, const
   const double weights =
       median_seconds([&] { op = assemble(scheme, trial.cloud, near, options); }, 0) / count;
   c.assemble = search_seconds / trial.cloud.size() + weights;
-  for (const auto outcome : op.rows.outcome) {
-    c.zero += outcome == gradpsi::RowOutcome::Zero;
-    c.widened += outcome == gradpsi::RowOutcome::Widened;
-  }
   c.entries = static_cast<double>(op.matrix().nonZeros()) / count;
   Eigen::MatrixXd y;
   const Eigen::VectorXd u = trial.waves.u.col(0);
   c.product =
       median_seconds([&] { gradpsi::multiply(op.axes, u, y, options.threads); }, 1e-3) / count;
-  if (trial.options.laplacian()) {
-    double largest = 0;
-    for (int k = 0; k < op.matrix().rows(); ++k)
-      largest = std::max(largest, op.matrix().row(k).cwiseAbs().sum());
-    c.step = 2 / largest;
-  }
-  set_errors(trial, op, rows, c);
+  std::vector<int> place(rows.size());
+  std::iota(place.begin(), place.end(), 0);
+  set_findings(trial, op, rows, place, c);
   c.cost = cost(c, trial.use());
   return c;
 }
@@ -196,24 +203,27 @@ std::vector<Candidate> all_candidates(const Trial& trial, const std::vector<int>
   return all;
 }
 
-/// Whether du/dt = lap u grows, from the whole matrix; looked at once.
-bool grows(const Trial& trial, Candidate& c) {
-  if (!c.grows) {
-    const auto near = find_neighbours(trial.cloud, c.ratio * trial.spacing, trial.options.threads);
-    const auto op = assemble(c.scheme, trial.cloud, near, trial.assembly());
+/// Looks at all rows, once: what a sample says may just miss the truth.
+void look_at(const Trial& trial, Candidate& c) {
+  if (std::exchange(c.looked_at, true)) return;
+  const auto near = find_neighbours(trial.cloud, c.ratio * trial.spacing, trial.options.threads);
+  const auto op = assemble(c.scheme, trial.cloud, near, trial.assembly());
+  set_findings(trial, op, trial.evolving, trial.evolving, c);
+  if (trial.use() != Use::Derivative)
     c.grows = forecast(trial.cloud, op.matrix(), trial.evolving, op.volumes).grows;
-  }
-  return *c.grows;
 }
 
 bool fit(const Trial& trial, Candidate& c) {
-  return c.complete() && (trial.use() == Use::Derivative || !grows(trial, c));
+  if (!c.complete()) return false;
+  look_at(trial, c);
+  return c.complete() && !c.grows;
 }
 
 /// The first that is complete, stable where it has to be, and accurate enough; null: none.
 Candidate* cheapest(const Trial& trial, std::vector<Candidate>& by_cost) {
   for (Candidate& c : by_cost)
-    if (c.error <= trial.options.tolerance && fit(trial, c)) return &c;
+    if (c.error <= trial.options.tolerance && fit(trial, c) && c.error <= trial.options.tolerance)
+      return &c;
   return nullptr;
 }
 
@@ -235,6 +245,11 @@ std::string described(const Candidate& c) {
   return name(c.scheme) + " with --support-ratio " + text(c.ratio);
 }
 
+std::string stable(const Candidate& c, Use use) {
+  if (!c.looked_at || use == Use::Derivative) return "-";
+  return c.grows ? "no" : "yes";
+}
+
 std::string table(const std::vector<Candidate>& all, const Candidate* chosen, const Trial& trial) {
   const bool laplacian = trial.options.laplacian();
   std::string out =
@@ -251,10 +266,7 @@ std::string table(const std::vector<Candidate>& all, const Candidate* chosen, co
            padded(cell(c.error, "%.1e"), 12) + padded(cell(c.worst, "%.1e"), 10) +
            padded(cell(1e9 * (c.assemble + c.product), "%.0f"), 13);
     if (laplacian)
-      out += padded(cell(c.step / unit, "%.3f"), 13) + padded(!c.grows   ? "-"
-                                                              : *c.grows ? "no"
-                                                                         : "yes",
-                                                              9);
+      out += padded(cell(c.step / unit, "%.3f"), 13) + padded(stable(c, trial.use()), 9);
     out += c.zero > 0      ? "   " + std::to_string(c.zero) + " cannot be computed"
            : c.widened > 0 ? "   " + std::to_string(c.widened) + " widened"
                            : "";

@@ -74,7 +74,8 @@ do for [format in "svg png"] {
     consistency_names = "zoc foc soc soc-ls positive ls-P"
     plot for [w = 1:6] NaN with points pt 7 ps 1.3 lc rgb word(colours, w) title word(weight_names, w), \
       for [c = 1:6] NaN with points pt (word(filled, c) + 0) ps 1.3 lc rgb "#666666" title word(consistency_names, c), \
-      NaN with points pt 6 ps 1.2 lc rgb "#666666" title (kind eq "gradient" ? " " : "hollow: grows"), \
+      NaN with points pt 6 ps 1.2 lc rgb (kind eq "gradient" ? "white" : "#666666") \
+        title (kind eq "gradient" ? " " : "hollow: grows"), \
       NaN with points pt 7 ps 0.3 lc rgb "#c0c0c0" title "other kernels", \
       NaN with lines lw 2 lc rgb "#e69f00" title "Pareto front"
     unset multiplot
