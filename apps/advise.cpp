@@ -264,9 +264,9 @@ std::string table(const std::vector<Candidate>& all, const Candidate* chosen, co
            scheme + padded("", 29 - static_cast<int>(scheme.size())) +
            padded(cell(c.ratio, "%.1f"), 4) + padded(cell(c.entries, "%.1f"), 10) +
            padded(cell(c.error, "%.1e"), 12) + padded(cell(c.worst, "%.1e"), 10) +
-           padded(cell(1e9 * (c.assemble + c.product), "%.0f"), 13);
+           padded(cell(1e9 * (c.assemble + c.product), "%.4g"), 13);
     if (laplacian)
-      out += padded(cell(c.step / unit, "%.3f"), 13) + padded(stable(c, trial.use()), 9);
+      out += padded(cell(c.step / unit, "%.3g"), 13) + padded(stable(c, trial.use()), 9);
     out += c.zero > 0      ? "   " + std::to_string(c.zero) + " cannot be computed"
            : c.widened > 0 ? "   " + std::to_string(c.widened) + " widened"
                            : "";
@@ -313,12 +313,13 @@ std::string which_spacing(const Trial& trial, std::vector<Candidate>& all) {
   const Candidate* best = nullptr;
   double coarsest = 0;
   for (Candidate& c : all) {
-    if (order(c.scheme) < 1 || !fit(trial, c)) continue;
+    // An order can be counted on where waves are resolved, and not over many powers of ten.
+    if (order(c.scheme) < 1 || !fit(trial, c) || c.error > 0.5) continue;
     const double spacing =
         trial.spacing * std::pow(trial.options.tolerance / c.error, 1.0 / order(c.scheme));
     if (spacing > coarsest) coarsest = spacing, best = &c;
   }
-  if (!best) return "";
+  if (!best || coarsest < 0.01 * trial.spacing) return "";
   return "A spacing of about " + cell(coarsest, "%.2g") + " would (now " +
          cell(trial.spacing, "%.2g") + "), with " + described(*best) +
          ", whose error is of order " + std::to_string(order(best->scheme)) + ".\n";
@@ -343,31 +344,42 @@ void check_choice(const Trial& trial, const Candidate* chosen) {
             << cell(100 * (same->cost / best->cost - 1), "%.1f") << " %\n";
 }
 
-void run(const Options& options) {
-  if (!(options.tolerance > 0))
-    throw gradpsi::InvalidInput("--tolerance must be > 0, not " + text(options.tolerance));
-  if (!options.laplacian() && options.what_for() != Use::Derivative)
-    throw CLI::ValidationError("--use", "explicit and implicit are about Laplacians");
-  const Problem problem = read_points(options);
-  const gradpsi::Cloud& cloud = problem.cloud;
+void check(const Options& options, const Problem& problem) {
+  if (!(options.tolerance > 0 && std::isfinite(options.tolerance)))
+    throw gradpsi::InvalidInput("--tolerance must be > 0 and finite, not " +
+                                text(options.tolerance));
   if (problem.table.has("support"))
     throw gradpsi::InvalidInput(options.points.string() +
                                 " has a column 'support': there is no support left to choose");
-  if (cloud.size() < 2) throw gradpsi::InvalidInput("advice needs two points at least");
-  const Eigen::RowVectorXd extent =
-      cloud.positions().colwise().maxCoeff() - cloud.positions().colwise().minCoeff();
-  double longest = extent.maxCoeff();
-  for (const double length : cloud.box()) longest = std::max(longest, length);
-  const double wavelength = options.wavelength.value_or(longest);
-  if (!(wavelength > 0 && std::isfinite(wavelength)))
-    throw gradpsi::InvalidInput("--wavelength must be > 0 and finite, not " + text(wavelength));
+  if (problem.cloud.size() < 2) throw gradpsi::InvalidInput("advice needs two points at least");
+}
 
-  Trial trial{options,
-              cloud,
-              cloud.spacing(options.threads),
-              make_waves(cloud, wavelength, options.laplacian()),
-              {},
-              {}};
+/// As asked for, or the extent of the points, that of the box where it is periodic.
+double wavelength(const Options& options, const gradpsi::Cloud& cloud, double spacing) {
+  double extent = 0;
+  for (int a = 0; a < cloud.dimension(); ++a) {
+    const auto x = cloud.positions().col(a);
+    const double period = cloud.box()[a];
+    extent = std::max(extent, period > 0 ? period : x.maxCoeff() - x.minCoeff());
+  }
+  const double length = options.wavelength.value_or(extent);
+  if (!(length > 0 && std::isfinite(length)))
+    throw gradpsi::InvalidInput("--wavelength must be > 0 and finite, not " + text(length));
+  if (length < 2 * spacing)
+    throw gradpsi::InvalidInput("waves of length " + text(length) +
+                                " are shorter than two spacings, " + text(2 * spacing) +
+                                ": these points cannot tell them from longer ones");
+  return length;
+}
+
+Trial make_trial(const Options& options, const Problem& problem) {
+  const gradpsi::Cloud& cloud = problem.cloud;
+  const double spacing = cloud.spacing(options.threads);
+  const double length = wavelength(options, cloud, spacing);
+  Trial trial{options, cloud, spacing, make_waves(cloud, length, options.laplacian()), {}, {}};
+  if (!(std::isnormal(trial.waves.scale) && std::isnormal(std::pow(trial.waves.scale, 2))))
+    throw gradpsi::InvalidInput("derivatives of waves of length " + text(length) +
+                                " vanish or are beyond the range of a double");
   const Eigen::VectorXd fixed = options.fixed.empty()
                                     ? Eigen::VectorXd(Eigen::VectorXd::Zero(cloud.size()))
                                     : finite_column(problem.table, options.fixed);
@@ -375,36 +387,46 @@ void run(const Options& options) {
     if (fixed[i] == 0) trial.evolving.push_back(i);
   if (trial.evolving.empty()) throw gradpsi::InvalidInput("all points are fixed");
   trial.sample = sampled(trial.evolving, options.sample);
-
   std::cout << cloud.size() << " points in " << cloud.dimension() << "D, spacing "
-            << text(trial.spacing) << "; waves of length " << text(wavelength) << " ("
-            << cell(wavelength / trial.spacing, "%.1f") << " spacings), at " << trial.sample.size()
+            << text(trial.spacing) << "; waves of length " << text(length) << " ("
+            << cell(length / trial.spacing, "%.4g") << " spacings), at " << trial.sample.size()
             << " points\n";
+  return trial;
+}
+
+/// What to take, or why there is nothing.
+std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candidate* chosen,
+                   const gradpsi::Table& table) {
+  if (chosen) {
+    std::string out = "Take " + described(*chosen) + ": error " + cell(chosen->error, "%.2g") +
+                      " (root mean square, relative; worst row " + cell(chosen->worst, "%.2g") +
+                      ")\n\n    " + command(trial, *chosen, table) + '\n';
+    if (trial.use() == Use::Explicit)
+      out += "\nExplicit Euler steps are stable up to dt nu = " + text(chosen->step) + ".\n";
+    return out;
+  }
+  if (const Candidate* best = most_accurate(trial, all))
+    return "Nothing meets " + text(trial.options.tolerance) + ". The best is " + described(*best) +
+           ": error " + cell(best->error, "%.2g") + ".\n" + which_spacing(trial, all);
+  return std::string("Nothing can be ") +
+         (trial.use() == Use::Derivative ? "computed" : "stepped in time") + " on these points.\n";
+}
+
+void run(const Options& options) {
+  if (!options.laplacian() && options.what_for() != Use::Derivative)
+    throw CLI::ValidationError("--use", "explicit and implicit are about Laplacians");
+  const Problem problem = read_points(options);
+  check(options, problem);
+  const Trial trial = make_trial(options, problem);
   std::vector<Candidate> all = all_candidates(trial, trial.sample);
   const Candidate* chosen = cheapest(trial, all);
-  if (chosen) {
-    std::cout << "\nTake " << described(*chosen) << ": error " << cell(chosen->error, "%.2g")
-              << " (root mean square, relative; worst row " << cell(chosen->worst, "%.2g")
-              << ")\n\n    " << command(trial, *chosen, problem.table) << "\n\n";
-    if (trial.use() == Use::Explicit)
-      std::cout << "Explicit Euler steps are stable up to dt nu = " << text(chosen->step)
-                << ".\n\n";
-  } else if (Candidate* best = most_accurate(trial, all)) {
-    std::cout << "\nNothing meets " << text(options.tolerance) << ". The best is "
-              << described(*best) << ": error " << cell(best->error, "%.2g") << ".\n"
-              << which_spacing(trial, all) << '\n';
-  } else {
-    std::cout << "\nNothing can be "
-              << (trial.use() == Use::Derivative ? "computed" : "stepped in time")
-              << " on these points.\n\n";
-  }
-  std::cout << "In the order of their cost ("
-            << (trial.use() == Use::Derivative ? "search, weights and a product"
+  const bool steps = trial.use() != Use::Derivative;
+  std::cout << '\n'
+            << advice(trial, all, chosen, problem.table) << "\nIn the order of their cost ("
+            << (!steps                         ? "search, weights and a product"
                 : trial.use() == Use::Explicit ? "entries over the stable step"
                                                : "entries")
-            << "); + meets the tolerance"
-            << (options.laplacian() && trial.use() != Use::Derivative ? ", - not looked at" : "")
-            << ":\n\n"
+            << "); + meets the tolerance" << (steps ? ", - not looked at" : "") << ":\n\n"
             << table(all, chosen, trial);
   if (options.check) check_choice(trial, chosen);
 }
@@ -443,7 +465,7 @@ void add_advise(CLI::App& app) {
       ->type_name("COLUMN");
   command->add_option("--sample", options->sample, "Points to measure at; 0: all")
       ->type_name("N")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 2147483647))
       ->capture_default_str();
   command->add_flag("--check", options->check,
                     "Measure every candidate on all points, too, and say what the choice from\n"

@@ -39,12 +39,8 @@ constexpr std::array<const char*, 2> arrangements = {"regular", "irregular"};
 constexpr double irregular_jitter = 0.2;
 constexpr std::uint64_t seed = 1;
 
-struct Options {
-  path out = ".";
-  int dimension = 1;
-  bool quick = false;
-  std::optional<int> points_max;
-  int threads = 0;
+struct Options : StudyOptions {
+  std::optional<int> points_max = {};
 };
 
 /// Points per side of the successive clouds; [-1, 1] has length 2.
@@ -402,26 +398,16 @@ void add_converge(CLI::App& app) {
   auto* command = app.add_subcommand("converge",
                                      "The convergence study: error against spacing for the "
                                      "seventeen schemes\nof the paper, with figures.");
-  auto options = std::make_shared<Options>();
-  command->add_option("--out", options->out, "Folder for the results")
-      ->type_name("DIR")
-      ->capture_default_str();
-  command->add_option("--dimension", options->dimension, "Of the domain [-1, 1]^d")
-      ->type_name("D")
-      ->check(CLI::Range(1, 3))
-      ->capture_default_str();
-  command->add_flag("--quick", options->quick,
-                    "Fewer points: in 1D down to spacing 1e-4 instead of 1e-6");
+  auto options = std::make_shared<Options>(Options{{.dimension = 1, .threads = 0}});
+  options->add_to(*command, "domain [-1, 1]^d",
+                  "Fewer points: in 1D down to spacing 1e-4 instead of 1e-6",
+                  "0: as many as there are");
   command
       ->add_option(
           "--points-max", options->points_max,
           "The most points of a cloud [2e6, 5e5, 7e4 in 1, 2, 3D; --quick: 2e4, 3e4, 2.5e4]")
       ->type_name("N")
       ->check(CLI::Range(1, 2147483646));
-  command->add_option("--threads", options->threads, "0: as many as there are")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
   command->footer("Example: gradpsi converge --quick --out results");
   command->callback([options] { run(*options); });
 }

@@ -1,7 +1,10 @@
 // gradpsi spmv: how fast a matrix of a file is multiplied, by which means, beside the memory's own speed.
 
+#include <unistd.h>
+
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <gradpsi/gradpsi.hpp>
@@ -77,6 +80,14 @@ void run(const Options& options) {
   const auto rows = static_cast<double>(A.rows()), columns = static_cast<double>(A.cols());
   const auto entries = static_cast<double>(A.nonZeros());
   const double vectors = 8 * (rows + columns), pattern = 4 * entries + 4 * rows;
+  // The matrix, its copies by columns, of single precision and transposed, and ten vectors.
+  const double needed = 60 * entries + 100 * (rows + columns);
+  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
+  if (needed > memory)
+    throw gradpsi::InvalidInput(options.matrix.string() +
+                                ": products of a matrix of that size take " + "about " +
+                                std::to_string(std::llround(needed / 1e9)) + " GB, there are " +
+                                std::to_string(std::llround(memory / 1e9)));
   const bool symmetric = is_symmetric(A);
   std::printf("%s: %ld x %ld, %ld entries, %.1f a row%s\n", options.matrix.c_str(),
               static_cast<long>(A.rows()), static_cast<long>(A.cols()),

@@ -34,12 +34,7 @@ using std::filesystem::path;
 enum class Walls { Periodic, Dirichlet, Truncated };
 constexpr std::array<const char*, 3> wall_names = {"periodic", "dirichlet", "truncated"};
 
-struct Options {
-  path out = ".";
-  int dimension = 2;
-  bool quick = false;
-  int threads = 0;
-};
+using Options = StudyOptions;
 
 /// One matrix of the study.
 struct Case {
@@ -265,19 +260,9 @@ void run(const Options& options) {
 void add_stability(CLI::App& app) {
   auto* command = app.add_subcommand(
       "stability", "The stability study: where Laplacians grow, by jitter, support and walls.");
-  auto options = std::make_shared<Options>();
-  command->add_option("--out", options->out, "Folder for the results")
-      ->type_name("DIR")
-      ->capture_default_str();
-  command->add_option("--dimension", options->dimension, "Of the unit line, square or cube")
-      ->type_name("D")
-      ->check(CLI::Range(1, 3))
-      ->capture_default_str();
-  command->add_flag("--quick", options->quick, "Fewer points, supports, jitters and seeds");
-  command->add_option("--threads", options->threads, "0: as many as there are")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+  auto options = std::make_shared<Options>(Options{.dimension = 2, .threads = 0});
+  options->add_to(*command, "unit line, square or cube",
+                  "Fewer points, supports, jitters and seeds", "0: as many as there are");
   command->footer("Example: gradpsi stability --quick --out results");
   command->callback([options] { run(*options); });
 }

@@ -1,9 +1,21 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 
 // What the studies share: each writes CSV files into a folder and has gnuplot draw them.
+
+/// The options that studies share.
+struct StudyOptions {
+  std::filesystem::path out = ".";
+  int dimension;
+  bool quick = false;
+  int threads;
+
+  void add_to(CLI::App& command, const std::string& domain, const std::string& quick_means,
+              const std::string& threads_mean);
+};
 
 /// Creates the folder if need be.
 void create_folder(const std::filesystem::path& folder);

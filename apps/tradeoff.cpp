@@ -36,12 +36,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<const char*, 2> arrangements = {"regular", "irregular"};
 constexpr double irregular_jitter = 0.2, wave_number = 4;
 
-struct Options {
-  path out = ".";
-  int dimension = 2;
-  bool quick = false;
-  int threads = 1;
-};
+using Options = StudyOptions;
 
 /// What is measured of one matrix.
 struct Result {
@@ -346,21 +341,10 @@ void run(const Options& options) {
 void add_tradeoff(CLI::App& app) {
   auto* command = app.add_subcommand(
       "tradeoff", "Accuracy against cost: every scheme, support and kernel, with figures.");
-  auto options = std::make_shared<Options>();
-  command->add_option("--out", options->out, "Folder for the results")
-      ->type_name("DIR")
-      ->capture_default_str();
-  command->add_option("--dimension", options->dimension, "Of the unit line, square or cube")
-      ->type_name("D")
-      ->check(CLI::Range(1, 3))
-      ->capture_default_str();
-  command->add_flag("--quick", options->quick, "Two resolutions, two supports, one kernel");
-  command
-      ->add_option("--threads", options->threads,
-                   "Whose times are measured; 0: as many as there are")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+  auto options = std::make_shared<Options>(Options{.dimension = 2, .threads = 1});
+  options->add_to(*command, "unit line, square or cube",
+                  "Two resolutions, two supports, one kernel",
+                  "Whose times are measured; 0: as many as there are");
   command->footer("Example: gradpsi tradeoff --quick --out results");
   command->callback([options] { run(*options); });
 }

@@ -433,10 +433,12 @@ template <int D, int M, int W>
   }
 }
 
-/// Row::least_squares() of W rows at a time, always in two rounds.
+/// The inverses of the moment matrices of W rows; which of them are good.
 template <int D, int P, int W>
-void least_squares_of_degree(const BatchSystem& system, const Batch<W>& batch,
-                             const Entries<D>* row, const Workspace& work) {
+[[gnu::always_inline]] inline auto inverse_moments(const BatchSystem& system, const Batch<W>& batch,
+                                                   const Entries<D>* row, const Workspace& work,
+                                                   LaneMatrix<Lanes<W>, monomial_count<D, P>>& A,
+                                                   Lanes<W>& reciprocal) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
   static constexpr ProductTable<D, P> products{};
@@ -453,58 +455,84 @@ void least_squares_of_degree(const BatchSystem& system, const Batch<W>& batch,
   }
   V moment[products.count];
   for (int c = 0; c < products.count; ++c) moment[c] = sums<W>(&partial[0][c], products.count);
-  LaneMatrix<V, M> A;
   for (int k = 0; k < M; ++k)
     for (int l = 0; l < M; ++l) A(k, l) = moment[products.moment[k][l]];
-  V reciprocal;
-  const auto good = invert<M, Form::Monomials>(system, A, reciprocal);
+  return invert<M, Form::Monomials>(system, A, reciprocal);
+}
 
-  // lacking: what the weights' moments still are to become, one output after the other.
-  V h = V{} + 1;
-  for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h;
-  const int axes = system.gradient[0] ? D : 0, outputs = axes + (system.laplacian ? 1 : 0);
-  V target[D + 1][M] = {}, lacking[D + 1][M], c[M];
-  for (int o = 0; o < axes; ++o) target[o][o] = 1 / h;
-  for (int a = 0; a < D; ++a) target[axes][D + a * D - a * (a - 1) / 2] = 2 / (h * h);
-  const auto weights = [&](int r, int o) { return work.column(2 * M + r * (D + 1) + o); };
+/// Row r's weights in one of its matrices.
+template <int D, int M>
+double* weights(const Workspace& work, int r, int output) {
+  return work.column(2 * M + r * (D + 1) + output);
+}
+
+/// Weights whose moments are `target`, one column an output: in two rounds, the second for what the moments
+/// of the first still lack.
+template <int D, int P, int W>
+[[gnu::always_inline]] inline void fill_weights(
+    const Batch<W>& batch, const Entries<D>* row, const Workspace& work, int outputs,
+    const LaneMatrix<Lanes<W>, monomial_count<D, P>>& inverse,
+    const Lanes<W> (&target)[D + 1][monomial_count<D, P>]) {
+  using V = Lanes<W>;
+  constexpr int M = monomial_count<D, P>;
+  V lacking[D + 1][M], correction[D + 1][M], own[M];
   for (int o = 0; o < outputs; ++o)
     for (int l = 0; l < M; ++l) lacking[o][l] = target[o][l];
   for (int round = 0; round < 2; ++round) {
-    V correction[D + 1][M];
     for (int o = 0; o < outputs; ++o)
       for (int k = 0; k < M; ++k) {
         V sum{};
-        for (int l = 0; l < M; ++l) sum += A(k, l) * lacking[o][l];
+        for (int l = 0; l < M; ++l) sum += inverse(k, l) * lacking[o][l];
         correction[o][k] = sum;
       }
     for (int r = 0; r < batch.rows; ++r) {
       fill_monomials<D, P, W>(row[r], work, false);
       for (int o = 0; o < outputs; ++o) {
-        double* const a = weights(r, o);
+        double* const a = weights<D, M>(work, r, o);
         for (int k = 0; round == 0 && k < row[r].padded; ++k) a[k] = 0;
         combine<D, M, W>(row[r], work, correction[o], r, a);
         if (round > 0) continue;
         dot_products<W>(
-            row[r].padded, M, [&](int) { return a; }, [&](int n) { return work.column(n); }, c);
-        for (int l = 0; l < M; ++l) lacking[o][l][r] = target[o][l][r] - sum_of_lanes(c[l]);
+            row[r].padded, M, [&](int) { return a; }, [&](int n) { return work.column(n); }, own);
+        for (int l = 0; l < M; ++l) lacking[o][l][r] = target[o][l][r] - sum_of_lanes(own[l]);
       }
     }
   }
+}
+
+/// Copies a row's weights to their place and writes the diagonal. Returns whether all is finite.
+template <int D, int W>
+[[gnu::always_inline]] inline bool write(const Entries<D>& row, const double* a, double* value) {
+  Lanes<W> sum{};
+  for (int n = 0; n < row.padded; n += W) sum += load<W>(a + n);
+  for (int n = 0; n < row.count; ++n) value[n] = a[n];
+  const double total = sum_of_lanes(sum);
+  value[row.diagonal] = 0 - total;
+  return total - total == 0;
+}
+
+/// Row::least_squares() of W rows at a time, always in two rounds.
+template <int D, int P, int W>
+void least_squares_of_degree(const BatchSystem& system, const Batch<W>& batch,
+                             const Entries<D>* row, const Workspace& work) {
+  using V = Lanes<W>;
+  constexpr int M = monomial_count<D, P>;
+  LaneMatrix<V, M> inverse;
+  V reciprocal, h = V{} + 1, target[D + 1][M] = {};
+  const auto good = inverse_moments<D, P, W>(system, batch, row, work, inverse, reciprocal);
+  for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h;
+  const int axes = system.gradient[0] ? D : 0, outputs = axes + (system.laplacian ? 1 : 0);
+  for (int o = 0; o < axes; ++o) target[o][o] = 1 / h;
+  for (int a = 0; a < D; ++a) target[axes][D + a * D - a * (a - 1) / 2] = 2 / (h * h);
+  fill_weights<D, P, W>(batch, row, work, outputs, inverse, target);
   for (int r = 0; r < batch.rows; ++r) {
-    const int k = batch.row[r];
-    double check = 0;
+    bool solved = good[r] && row[r].count > M;
     for (int o = 0; o < outputs; ++o) {
-      const double* const a = weights(r, o);
-      double* const value = (o < axes ? system.gradient[o] : system.laplacian) + batch.entry[r];
-      V sum{};
-      for (int n = 0; n < row[r].padded; n += W) sum += load<W>(a + n);
-      for (int n = 0; n < row[r].count; ++n) value[n] = a[n];
-      const double total = sum_of_lanes(sum);
-      value[row[r].diagonal] = 0 - total;
-      check += total - total;
+      double* const to = o < axes ? system.gradient[o] : system.laplacian;
+      solved &= write<D, W>(row[r], weights<D, M>(work, r, o), to + batch.entry[r]);
     }
-    system.solved[batch.first + r] = good[r] && row[r].count > M && check == 0;
-    system.reciprocal_condition[k] = reciprocal[r];
+    system.solved[batch.first + r] = solved;
+    system.reciprocal_condition[batch.row[r]] = reciprocal[r];
   }
 }
 

@@ -568,8 +568,10 @@ SparseMatrix read_matrix_market(const path& file) {
     const int i = whole_number(w[0], 1, rows, place) - 1;
     const int j = whole_number(w[1], 1, columns, place) - 1;
     const double value = header.pattern ? 1 : number(w[2], place);
-    if (header.mirrored != 0 && (j > i || (header.mirrored < 0 && j == i)))
+    if (header.mirrored != 0 && j > i)
       throw InvalidInput(place + "only the lower triangle of a symmetric matrix is stored");
+    if (header.mirrored < 0 && j == i)
+      throw InvalidInput(place + "a skew-symmetric matrix has no diagonal");
     entries.emplace_back(i, j, value);
     if (header.mirrored != 0 && i != j) entries.emplace_back(j, i, header.mirrored * value);
     if (entries.size() > most)

@@ -604,7 +604,16 @@ class Advise(ProgramTest):
         points = self.square(10)
         text = self.run_program("advise", points, "--operator", "gradient", "--tolerance", 1e-9)
         self.assertIn("Nothing meets 1e-09. The best is gradient-ls-6", text)
+        text = self.run_program("advise", points, "--operator", "gradient", "--tolerance", 1e-5, "--wavelength", 0.5)
         self.assertRegex(text, r"A spacing of about \S+ would \(now \S+\), with gradient-ls-6")
+
+    def test_in_a_periodic_box_waves_fit_it(self):
+        points = self.square(12)
+        t = self.read_csv("points.csv")
+        outside = self.write_points({"x": t["x"] + 3, "y": t["y"]}, "outside.csv")
+        found = [self.run_program("advise", p, "--operator", "laplacian", "--tolerance", 0.1, "--periodic", "1,1",
+                                  "--use", "implicit").split("Take")[1].split("(")[0] for p in [points, outside]]
+        self.assertEqual(*found)
 
     def test_bad_requests(self):
         points = self.square(8)
@@ -613,6 +622,8 @@ class Advise(ProgramTest):
         self.assertIn("--tolerance must be > 0", advise("--tolerance", 0))
         self.assertIn("--tolerance must be > 0", advise("--tolerance", "nan"))
         self.assertIn("--wavelength must be > 0", advise("--tolerance", 0.1, "--wavelength", -1))
+        self.assertIn("shorter than two spacings", advise("--tolerance", 0.1, "--wavelength", 0.01))
+        self.assertIn("vanish or are beyond", advise("--tolerance", 0.1, "--wavelength", 1e200))
         self.assertIn("are about Laplacians", advise("--tolerance", 0.1, "--use", "implicit", expect=2))
         self.assertIn("Usage: gradpsi", advise(expect=2))
         one = self.write_points({"x": [0.5]}, "one.csv")

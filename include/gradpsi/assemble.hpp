@@ -92,7 +92,7 @@ Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& ne
                   const AssemblyOptions& options = {});
 
 /// Several operators from one pass over the points, in the order of `schemes`; each as if assembled
-/// alone. A gradient and a Laplacian by least squares of the same degree share their systems.
+/// alone, up to rounding. A gradient and a Laplacian by least squares of the same degree share their systems.
 std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& cloud,
                                const Neighbours& near, const AssemblyOptions& options = {});
 
