@@ -142,7 +142,7 @@ void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eig
       reach = std::max(reach, inner[outer[i + 1] - 1] + 1);
     }
     sums[part].setZero(reach - begin);
-    double* const sum = sums[part].data() - begin;
+    double* const sum = sums[part].data();
     for (int i = begin; i < end; ++i) {
       const double xi = x[i];
       double own = 0;
@@ -150,9 +150,9 @@ void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eig
       if (k < outer[i + 1] && inner[k] == i) own = a[k++] * xi;
       for (; k < outer[i + 1]; ++k) {
         own += a[k] * x[inner[k]];
-        sum[inner[k]] += a[k] * xi;
+        sum[inner[k] - begin] += a[k] * xi;
       }
-      sum[i] += own;
+      sum[i - begin] += own;
     }
   });
   y.resize(n);
