@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the dev and asan presets and runs all tests in both, then the solvers'
 # tests in a build without CHOLMOD:
-#     bash tests/run.sh       (on two cores 10 minutes, 3 when already built)
+#     bash tests/run.sh       (on two cores 15 to 20 minutes, 5 when already built)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source apps/dependencies.sh
