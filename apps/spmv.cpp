@@ -11,6 +11,7 @@
 #include <iostream>
 #include <memory>
 
+#include "../lib/matrix_checks.hpp"
 #include "../lib/parallel.hpp"
 #include "commands.hpp"
 #include "timing.hpp"
@@ -44,13 +45,6 @@ void triad(const Eigen::VectorXd& b, const Eigen::VectorXd& c, Eigen::VectorXd& 
   });
 }
 
-/// Whether A is symmetric to the last bit.
-bool is_symmetric(const SparseMatrix& A) {
-  if (A.rows() != A.cols()) return false;
-  const SparseMatrix difference = A - SparseMatrix(A.transpose());
-  return difference.norm() == 0;
-}
-
 class Report {
  public:
   Report(double entries, double bytes) : entries_(entries), bytes_(bytes) {
@@ -73,6 +67,29 @@ class Report {
   double entries_, bytes_, roof_ = 0;
 };
 
+/// As much memory as the matrix takes, up to 2 GB: what fits a cache is compared with the cache.
+void measure_roof(Report& report, int threads) {
+  const auto doubles = static_cast<Eigen::Index>(std::min(report.bytes() / 8, double(1 << 28))) + 1;
+  const Eigen::VectorXd array = Eigen::VectorXd::Constant(doubles, 1e-3);
+  double sum = 0;
+  report.roof("reading that many bytes (roof)", 8.0 * static_cast<double>(doubles),
+              median_seconds([&] { sum += read_all(array, threads); }));
+  Eigen::VectorXd a(doubles / 3 + 1), b = a.setOnes(), c = a;
+  report.roof("triad, a = b + 3 c", 24.0 * static_cast<double>(a.size()),
+              median_seconds([&] { triad(b, c, a, threads); }));
+  if (!(sum > 0)) std::cout << ' ';  // so that the sums are needed
+}
+
+/// For the matrix, its copies by columns, of single precision and transposed, and ten vectors.
+void check_memory(const path& file, double entries, double vectors) {
+  const double needed = 60 * entries + 100 * vectors;
+  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
+  if (needed > memory)
+    throw gradpsi::InvalidInput(file.string() + ": products of a matrix of that size take about " +
+                                std::to_string(std::llround(needed / 1e9)) + " GB, there are " +
+                                std::to_string(std::llround(memory / 1e9)));
+}
+
 void run(const Options& options) {
   const SparseMatrix A = gradpsi::read_matrix_market(options.matrix);
   const int threads = options.threads;
@@ -80,33 +97,15 @@ void run(const Options& options) {
   const auto rows = static_cast<double>(A.rows()), columns = static_cast<double>(A.cols());
   const auto entries = static_cast<double>(A.nonZeros());
   const double vectors = 8 * (rows + columns), pattern = 4 * entries + 4 * rows;
-  // The matrix, its copies by columns, of single precision and transposed, and ten vectors.
-  const double needed = 60 * entries + 100 * (rows + columns);
-  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
-  if (needed > memory)
-    throw gradpsi::InvalidInput(options.matrix.string() +
-                                ": products of a matrix of that size take " + "about " +
-                                std::to_string(std::llround(needed / 1e9)) + " GB, there are " +
-                                std::to_string(std::llround(memory / 1e9)));
-  const bool symmetric = is_symmetric(A);
+  check_memory(options.matrix, entries, rows + columns);
+  const bool symmetric =
+      A.rows() == A.cols() && gradpsi::is_symmetric(A, Eigen::VectorXd::Ones(A.rows()));
   std::printf("%s: %ld x %ld, %ld entries, %.1f a row%s\n", options.matrix.c_str(),
               static_cast<long>(A.rows()), static_cast<long>(A.cols()),
               static_cast<long>(A.nonZeros()), entries / rows, symmetric ? ", symmetric" : "");
 
   Report report(entries, 8 * entries + pattern + vectors);
-  {
-    // As much memory as the matrix takes: what fits a cache is compared with the cache.
-    const auto doubles = static_cast<Eigen::Index>(report.bytes() / 8) + 1;
-    const Eigen::VectorXd array = Eigen::VectorXd::Constant(doubles, 1e-3);
-    double sum = 0;
-    report.roof("reading that many bytes (roof)", 8.0 * static_cast<double>(doubles),
-                median_seconds([&] { sum += read_all(array, threads); }));
-    Eigen::VectorXd a(doubles / 3 + 1), b = a.setOnes(), c = a;
-    report.roof("triad, a = b + 3 c", 24.0 * static_cast<double>(a.size()),
-                median_seconds([&] { triad(b, c, a, threads); }));
-    if (!(sum > 0)) std::cout << ' ';  // so that the sums are needed
-  }
-
+  measure_roof(report, threads);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(A.cols(), -1, 1);
   Eigen::VectorXd y(A.rows());
   const auto line = [&](const char* name, double bytes, const std::function<void()>& product,

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
+#include "../lib/median.hpp"
 #include "../lib/stopwatch.hpp"
 
 /// Seconds that work() takes: the median of at least three runs after a first one, and of `at_least` seconds'
@@ -19,6 +19,5 @@ double median_seconds(const Work& work, double at_least = 0.1) {
     seconds.push_back(watch.lap());
     total += seconds.back();
   }
-  std::ranges::nth_element(seconds, seconds.begin() + seconds.size() / 2);
-  return seconds[seconds.size() / 2];
+  return gradpsi::median(Eigen::Map<Eigen::VectorXd>(seconds.data(), std::ssize(seconds)));
 }

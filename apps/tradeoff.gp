@@ -72,8 +72,12 @@ do for [format in "svg png"] {
     set key center center horizontal maxcols (columns == 2 ? 5 : 6) width 1 samplen 1.5 spacing 1.3
     weight_names = "direct diffuse diffuse-ns mixed 'W (ls-P)' positive"
     consistency_names = "zoc foc soc soc-ls positive ls-P"
-    plot for [w = 1:6] NaN with points pt 7 ps 1.3 lc rgb word(colours, w) title word(weight_names, w), \
-      for [c = 1:6] NaN with points pt (word(filled, c) + 0) ps 1.3 lc rgb "#666666" title word(consistency_names, c), \
+    some_weights = kind eq "gradient" ? "1 2 3 5" : "1 2 3 4 5 6"
+    some_consistencies = kind eq "gradient" ? "1 2 3 6" : "1 3 4 5 6"
+    plot for [w in some_weights] NaN with points pt 7 ps 1.3 lc rgb word(colours, w + 0) \
+        title word(weight_names, w + 0), \
+      for [c in some_consistencies] NaN with points pt (word(filled, c + 0) + 0) ps 1.3 \
+        lc rgb "#666666" title word(consistency_names, c + 0), \
       NaN with points pt 6 ps 1.2 lc rgb (kind eq "gradient" ? "white" : "#666666") \
         title (kind eq "gradient" ? " " : "hollow: grows"), \
       NaN with points pt 7 ps 0.3 lc rgb "#c0c0c0" title "other kernels", \

@@ -529,10 +529,6 @@ Systems systems(const std::vector<Request>& requests, int d) {
   return result;
 }
 
-Systems no_systems(const std::vector<Request>& requests) {
-  return {{}, std::vector<int>(requests.size(), -1)};
-}
-
 constexpr int rows_per_chunk = 512;
 
 /// What a thread needs to compute rows; a copy has memory of its own.
@@ -551,7 +547,8 @@ class RowWorker {
         // Points that are near one another in turn, so that what they share is still in the cache.
         order_(rows.chosen || near.order.size() == 0 ? nullptr : near.order.data()),
         points_(batch_points(cloud, near, options.kernel, volumes)),
-        plan_(vector_code ? systems(requests, D) : no_systems(requests)),
+        plan_(vector_code ? systems(requests, D)
+                          : Systems{{}, std::vector<int>(requests.size(), -1)}),
         solved_(plan_.systems.size() * rows_per_chunk),
         gradient_(options.kernel),
         laplacian_(options.kernel) {
@@ -771,9 +768,10 @@ std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<S
   std::vector<Operator> operators(schemes.size());
   if (schemes.empty()) return operators;
   const Rows rows = chosen_rows(options, cloud);
-  const Eigen::VectorXd volumes =
+  operators.front().volumes =
       cloud.has_volumes() ? cloud.volumes()
                           : number_density_volumes(cloud, near, options.kernel, options.threads);
+  const Eigen::VectorXd& volumes = operators.front().volumes;
   for (std::size_t r = 0; r < schemes.size(); ++r) {
     operators[r].axes.resize(schemes[r].derivative == Derivative::Gradient ? cloud.dimension() : 1);
     for (SparseMatrix& matrix : operators[r].axes)
@@ -782,7 +780,7 @@ std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<S
       else
         copy_pattern(matrix, first, options.threads);
     operators[r].rows = empty_report(rows.count);
-    operators[r].volumes = volumes;
+    if (r > 0) operators[r].volumes = volumes;
   }
   fill(vector_code, requests(schemes, operators), cloud, near, volumes, rows, options);
   for (std::size_t r = 0; r < schemes.size(); ++r)

@@ -130,22 +130,25 @@ class Grid {
   /// About so many cells, as nearly cubes as can be.
   void divide(const Box<D>& box, int wanted) {
     low_ = box.low;
-    double longest = 0;
-    for (int a = 0; a < D; ++a) longest = std::max(longest, box.high[a] - box.low[a]);
-    std::int64_t cells = 1;
-    const auto count_along = [&](int a, double edge) {
-      return edge > 0 ? static_cast<int>((box.high[a] - box.low[a]) / edge) + 1 : 1;
+    double edge = 0;
+    for (int a = 0; a < D; ++a) edge = std::max(edge, box.high[a] - box.low[a]);
+    const auto cells_of = [&](double length) {
+      std::int64_t cells = 1;
+      for (int a = 0; a < D; ++a) {
+        count_[a] = static_cast<int>((box.high[a] - box.low[a]) / length) + 1;
+        cells *= count_[a];
+      }
+      return cells;
     };
-    double edge = longest;
-    for (double next = edge; next > 0; next /= 1.1) {
-      cells = 1;
-      for (int a = 0; a < D; ++a) cells *= count_along(a, next);
-      if (cells > wanted) break;
-      edge = next;
-    }
-    cells = 1;
+    // Points too far apart for their distance to be a double, or all in one place, are one cell.
+    const bool divisible = wanted > 1 && edge > 0 && std::isfinite(edge);
+    while (divisible && cells_of(edge / 1.1) <= wanted) edge /= 1.1;
+    if (divisible)
+      cells_of(edge);
+    else
+      count_.fill(1);
+    int cells = 1;
     for (int a = 0; a < D; ++a) {
-      count_[a] = wanted > 1 ? count_along(a, edge) : 1;
       per_cell_[a] = count_[a] > 1 ? 1 / edge : 0;
       cells *= count_[a];
     }

@@ -156,6 +156,16 @@ TEST(Neighbours, NearestDistancesAgreeWithAllPairs) {
   }
 }
 
+TEST(Neighbours, PointsMayBeFartherApartThanADouble) {
+  Positions x = irregular_cloud(1, 9000).positions() * 2000;
+  const Neighbours near = find_neighbours(Cloud(x), 1);
+  x(0, 0) = 1.5e308, x(1, 0) = -1.5e308;
+  const Neighbours far = find_neighbours(Cloud(x), 1);
+  EXPECT_EQ(far.count(0), 0);
+  EXPECT_EQ(far.count(1), 0);
+  EXPECT_GT(far.indices.size(), 0.99 * static_cast<double>(near.indices.size()));
+}
+
 TEST(Fault01, NoPointsHaveNoNeighbours) {
   const Neighbours near = find_neighbours(Cloud(Positions(0, 3)), 1.0);
   EXPECT_EQ(near.size(), 0);
