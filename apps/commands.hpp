@@ -13,3 +13,4 @@ void add_stability(CLI::App& app);
 void add_tradeoff(CLI::App& app);
 void add_advise(CLI::App& app);
 void add_spmv(CLI::App& app);
+void add_manual(CLI::App& app);

@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
   add_tradeoff(app);
   add_advise(app);
   add_spmv(app);
+  add_manual(app);
 
   try {
     app.parse(argc, argv);

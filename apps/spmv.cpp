@@ -11,7 +11,6 @@
 #include <iostream>
 #include <memory>
 
-#include "../lib/matrix_checks.hpp"
 #include "../lib/parallel.hpp"
 #include "commands.hpp"
 #include "timing.hpp"
@@ -99,7 +98,7 @@ void run(const Options& options) {
   const double vectors = 8 * (rows + columns), pattern = 4 * entries + 4 * rows;
   check_memory(options.matrix, entries, rows + columns);
   const bool symmetric =
-      A.rows() == A.cols() && gradpsi::is_symmetric(A, Eigen::VectorXd::Ones(A.rows()));
+      A.rows() == A.cols() && gradpsi::summarise(A, Eigen::VectorXd::Ones(A.rows())).symmetric;
   std::printf("%s: %ld x %ld, %ld entries, %.1f a row%s\n", options.matrix.c_str(),
               static_cast<long>(A.rows()), static_cast<long>(A.cols()),
               static_cast<long>(A.nonZeros()), entries / rows, symmetric ? ", symmetric" : "");

@@ -10,8 +10,10 @@
 #include "gradpsi/neighbours.hpp"
 #include "gradpsi/scheme.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
+/// Rows compressed, columns ascending, indices of 32 bits.
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
 
 /// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
@@ -33,9 +35,10 @@ inline constexpr double singular_below = 1e-14;
 /// OnDegenerate::Widen goes up to this many times the support (in periodic boxes half a box at most).
 inline constexpr double widest = 3;
 
+/// How rows are computed, and which.
 struct AssemblyOptions {
-  Kernel kernel = kernels().front();
-  OnDegenerate on_degenerate = OnDegenerate::Fail;
+  Kernel kernel = kernels().front();                ///< W, of the neighbours' supports
+  OnDegenerate on_degenerate = OnDegenerate::Fail;  ///< the policy for rows without a solution
   /// Assemble these rows only, in this order (0-based points). Unset: all rows.
   std::optional<std::vector<int>> rows = {};
   int threads = 0;  ///< 0: as many as OpenMP offers; the result does not depend on it
@@ -53,7 +56,7 @@ struct RowReport {
   /// in units of h: 0 if it has too few neighbours or broke down; 1 for zoc, which has no system, if
   /// there are neighbours; of a positive stencil's few equations.
   Eigen::VectorXd reciprocal_condition;
-  std::vector<RowOutcome> outcome;
+  std::vector<RowOutcome> outcome;  ///< what was done
   Eigen::VectorXi degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
 
   int degenerate() const;  ///< rows whose outcome is not AsAsked
@@ -63,7 +66,7 @@ struct RowReport {
 struct Operator {
   std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
   Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
-  RowReport rows;
+  RowReport rows;                  ///< how each row came about
 
   const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
 };
@@ -107,3 +110,4 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
                 const AssemblyOptions& options = {});
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

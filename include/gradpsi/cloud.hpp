@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <vector>
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// n x d, one row per point, d = 1, 2 or 3.
 using Positions = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// What points may have beside their positions.
 struct CloudOptions {
   /// n volumes omega_j > 0 (length^d). Empty: assemble() takes number_density_volumes().
   Eigen::VectorXd volumes = {};
@@ -23,15 +25,16 @@ struct CloudOptions {
 class Cloud {
  public:
   /// @param positions  n x d, n >= 0; with a periodic box, points outside it stand for their image
+  /// @param options    volumes and box
   /// @throws InvalidInput  naming the point or the argument
   explicit Cloud(Positions positions, CloudOptions options = {});
 
-  int size() const { return static_cast<int>(positions_.rows()); }
-  int dimension() const { return static_cast<int>(positions_.cols()); }
-  const Positions& positions() const { return positions_; }
-  bool has_volumes() const { return volumes_.size() > 0; }
-  const Eigen::VectorXd& volumes() const { return volumes_; }  ///< n, or empty
-  const std::array<double, 3>& box() const { return box_; }    ///< 0: open
+  int size() const { return static_cast<int>(positions_.rows()); }       ///< n
+  int dimension() const { return static_cast<int>(positions_.cols()); }  ///< d
+  const Positions& positions() const { return positions_; }              ///< n x d, as given
+  bool has_volumes() const { return volumes_.size() > 0; }               ///< or volumes() is empty
+  const Eigen::VectorXd& volumes() const { return volumes_; }            ///< n, or empty
+  const std::array<double, 3>& box() const { return box_; }              ///< 0: open
 
   /// (mean volume)^(1/d) when there are volumes, else the median distance to the nearest neighbour
   /// (a length; computed at each call with a k-d tree, n log n).
@@ -51,24 +54,25 @@ std::vector<int> distinct_points(const Cloud& cloud);
 
 /// The same points in another order: point k of `cloud` is point order[k] of the one it was made from.
 struct Reordered {
-  Cloud cloud;
-  std::vector<int> order;
+  Cloud cloud;             ///< the points, with their volumes and box
+  std::vector<int> order;  ///< n numbers of points, each once
 };
 
 /// Puts points that are near one another close together in memory (leaf by leaf of a k-d tree). Products
 /// with matrices of points that came in random order take several times as long. n log n.
+/// @param cloud    n points in any order
 /// @param threads  0: as many as OpenMP offers
 Reordered reorder(const Cloud& cloud, int threads = 0);
 
 /// A jittered lattice for studies: points at the centres of equal cells.
 struct Lattice {
-  int dimension = 2;
-  int points_per_side = 10;
-  double lower = 0;  ///< the domain is [lower, upper]^d
-  double upper = 1;
-  double jitter = 0;       ///< each coordinate moves by up to +-jitter cells, uniformly; >= 0
-  std::uint64_t seed = 1;  ///< same seed, same points, on every platform
-  bool periodic = false;   ///< in all directions; needs lower = 0
+  int dimension = 2;         ///< d, 1 to 3
+  int points_per_side = 10;  ///< at least 1
+  double lower = 0;          ///< the domain is [lower, upper]^d
+  double upper = 1;          ///< greater than lower
+  double jitter = 0;         ///< each coordinate moves by up to +-jitter cells, uniformly; >= 0
+  std::uint64_t seed = 1;    ///< same seed, same points, on every platform
+  bool periodic = false;     ///< in all directions; needs lower = 0
 };
 
 /// The lattice's points, last coordinate fastest, with volumes dx^d, dx = (upper - lower) /
@@ -77,3 +81,4 @@ struct Lattice {
 Cloud make_cloud(const Lattice& lattice);
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -7,6 +7,7 @@
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/solver.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// What an operator's entries tell about each of its n rows. With q = 1 for gradients, 2 for Laplacians,
@@ -27,7 +28,9 @@ struct RowDiagnosis {
   Eigen::MatrixXd remainders;
 };
 
-/// @param op  all n rows of `scheme` on `cloud`, as assemble() returned them
+/// @param scheme  what `op` was assembled with; lowered rows are judged by what they still promise
+/// @param cloud   n points
+/// @param op      all n rows of `scheme` on `cloud`, as assemble() returned them
 /// @throws InvalidInput  if sizes disagree
 RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op);
 
@@ -36,6 +39,7 @@ RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& 
 ///
 ///     |error_i| <= sum_(k < l) residuals(i, k) M_k + remainders(i, l) M_l
 ///
+/// @param rows         as diagnose() returned them
 /// @param derivatives  n x (K + 2), or 1 x (K + 2) for all points: M_0 .. M_(K+1), bounds of |D^k u|, the
 ///   Frobenius norm of the tensor of all derivatives of order k, on the lines to the point's
 ///   neighbours; |wave vector|^k for a wave
@@ -49,10 +53,12 @@ struct MatrixSummary {
   bool m_matrix = false;   ///< minus the matrix: no negative weight, and dominant
   int bandwidth = 0;       ///< largest |i - j| of an entry
   /// By Gershgorin no eigenvalue has a real part beyond these; 1/length^2.
-  double leftmost = 0, rightmost = 0;
+  double leftmost = 0;
+  double rightmost = 0;        ///< see leftmost
   Method solver = Method::Lu;  ///< for implicit steps: Cholesky where the matrix is symmetric
 };
-/// @param volumes  n, those of the operator
+/// @param laplacian  n x n
+/// @param volumes    n, those of the operator
 MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& volumes);
 
 /// The rows and columns of `points` (m x m), which ascend.
@@ -66,7 +72,7 @@ inline constexpr double slow_growth = 1e-3;
 
 /// Whether solutions of du/dt = nu A u grow, told from a few rows.
 struct Forecast {
-  bool grows = false;
+  bool grows = false;    ///< by more than slow_growth
   bool certain = false;  ///< proved, by Gershgorin's theorem or by Cauchy's interlacing
   int point = -1;        ///< where growth is fastest, -1: nowhere
   double rate = 0;       ///< there, 1/length^2; <= 0 without growth
@@ -74,6 +80,7 @@ struct Forecast {
 
 /// Growth starts locally: at the nine points whose Gershgorin discs reach furthest to the right, the
 /// eigenvalues of the block of the 30 nearest points tell whether A has any with a positive real part.
+/// @param cloud      n points
 /// @param laplacian  n x n, of `cloud`'s points
 /// @param points     those that evolve, ascending; the others are fixed
 /// @param volumes    n, those of the operator
@@ -89,17 +96,21 @@ struct Spectrum {
   double rightmost() const;  ///< largest real part; 0 without eigenvalues
   double leftmost() const;   ///< smallest
   double widest() const;     ///< largest imaginary part
+  /// Whether an eigenvalue is to the right of zero.
   bool grows() const { return rightmost() > zero; }
 };
 
 /// Up to `complete_below` rows all eigenvalues, by a dense method, O(n^3); else the rightmost and the
 /// leftmost, by Arnoldi iteration, to 1e-7 of the distance between them.
-/// @param volumes  n: a matrix that is symmetric after scaling by them is treated as such, which is
+/// @param A               n x n
+/// @param volumes         n: a matrix that is symmetric after scaling by them is treated as such, which is
 ///   faster and more accurate; empty: not looked at
+/// @param complete_below  the most rows of a matrix all of whose eigenvalues are wanted
 /// @throws SolverError  if the iteration does not converge
 Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes = {},
                   int complete_below = 2000);
 
+/// Explicit methods for du/dt = nu A u.
 enum class Stepper { Euler, RungeKutta4 };
 
 /// Largest dt nu (length^2) with which explicit steps of du/dt = nu A u keep every eigenvector from
@@ -112,3 +123,4 @@ double largest_stable_step(const Spectrum& spectrum, Stepper stepper);
 std::vector<double> singular_steps(const Spectrum& spectrum);
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -7,9 +7,14 @@
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/solver.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
-enum class Mean { Arithmetic, Harmonic };
+/// Of the conductivities of two points.
+enum class Mean {
+  Arithmetic,  ///< (a + b) / 2, for conductivities that change smoothly
+  Harmonic     ///< 2 a b / (a + b), for jumps
+};
 
 /// The Laplacian's rows made those of div(kappa grad u): psi_ij times the mean of kappa_i and kappa_j.
 ///
@@ -18,8 +23,9 @@ enum class Mean { Arithmetic, Harmonic };
 /// across which the flux is then continuous (P. W. Cleary and J. J. Monaghan, J. Comput. Phys. 148,
 /// 1999). Both keep row sums zero and symmetry after scaling by volume.
 ///
-/// @param laplacian  all n rows, as assembled
+/// @param laplacian     all n rows, as assembled
 /// @param conductivity  n numbers kappa_i > 0
+/// @param mean          Arithmetic or Harmonic
 /// @throws InvalidInput  if sizes disagree or a kappa is out of range (names the point)
 Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
                            Mean mean = Mean::Arithmetic);
@@ -43,10 +49,11 @@ struct WallConditions {
 /// A point without a condition obeys the equation; near the edge of an open cloud without any, zoc
 /// schemes imply zero flux.
 struct BoundaryConditions {
-  FixedValues fixed = {};
-  WallConditions walls = {};
+  FixedValues fixed = {};     ///< where u is known
+  WallConditions walls = {};  ///< where its slope is
 };
 
+/// The equation du/dt = nu lap u + f, its steps, and how they are solved.
 struct DiffusionOptions {
   double diffusivity = 1;  ///< nu >= 0, length^2/time
   double time_step = 0;    ///< dt > 0; infinity: the steady problem
@@ -54,10 +61,10 @@ struct DiffusionOptions {
   /// conditions (a step of hardly any length makes it do so); 0.5 to 1.
   double theta = 1;
   Eigen::VectorXd source = {};  ///< f, n values; empty: 0
-  SolverOptions solver = {};
+  SolverOptions solver = {};    ///< of the system of each step
 };
 
-/// For internal use.
+/// @cond  For internal use.
 struct DiffusionSystem;
 struct WallRow {
   int unknown;
@@ -65,6 +72,7 @@ struct WallRow {
   double diffusion;  // theta nu |psi_ii|
   double scale;      // what the row is multiplied by
 };
+/// @endcond
 
 /// Steps du/dt = nu lap u + f by the theta method with a Laplacian's matrix Psi,
 ///
@@ -115,3 +123,4 @@ class ImplicitDiffusion {
 };
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

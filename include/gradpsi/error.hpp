@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// The caller's or the file's mistake: the message says what was expected and what came.
@@ -13,6 +14,7 @@ struct InvalidInput : std::invalid_argument {
 
 /// A point whose row cannot be computed: its moment system is singular, or it has no neighbour.
 struct StencilError : std::runtime_error {
+  /// A message and what is known of the point.
   StencilError(const std::string& message, int point, int neighbours, double reciprocal_condition)
       : std::runtime_error(message),
         point(point),
@@ -27,6 +29,7 @@ struct StencilError : std::runtime_error {
 /// A linear system that could not be solved: singular, not positive definite, too large for the memory
 /// given, or no convergence.
 struct SolverError : std::runtime_error {
+  /// A message, and how near to a solution the solver came.
   explicit SolverError(const std::string& message,
                        double residual = std::numeric_limits<double>::quiet_NaN())
       : std::runtime_error(message), residual(residual) {}
@@ -35,3 +38,4 @@ struct SolverError : std::runtime_error {
 };
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

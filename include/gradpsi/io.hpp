@@ -10,6 +10,7 @@
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 // Numbers are read and written in the C notation whatever the locale, with the fewest digits that
@@ -18,9 +19,10 @@ namespace gradpsi {
 
 /// Named columns of equal length, a field's values contiguous.
 struct Table {
-  std::vector<std::string> names;
-  Eigen::MatrixXd values;  ///< rows x columns, as many columns as names
+  std::vector<std::string> names;  ///< no two alike
+  Eigen::MatrixXd values;          ///< rows x columns, as many columns as names
 
+  /// Whether there is a column of that name.
   bool has(std::string_view name) const;
   /// @throws InvalidInput  if there is no such column, listing those there are
   Eigen::VectorXd column(std::string_view name) const;
@@ -83,3 +85,4 @@ void write_matrix_market(const std::vector<std::filesystem::path>& files,
 SparseMatrix read_matrix_market(const std::filesystem::path& file);
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -4,13 +4,14 @@
 #include <span>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// A kernel's shape at q = r/h before normalisation: w, w'/q and w''. All are 0 at q = 1.
 struct Profile {
-  double w;
-  double dw_over_q;  ///< finite at q = 0
-  double d2w;
+  double w;          ///< w(q)
+  double dw_over_q;  ///< w'(q) / q, finite at q = 0
+  double d2w;        ///< w''(q)
 };
 
 /// One row of the kernel table. W(r) = s_d w(r/h) / h^d with support radius h: W = 0 for r >= h.
@@ -19,7 +20,7 @@ struct Profile {
 /// positive and fall, or the moment systems of corrected gradients are not definite; W, W' and W''
 /// should vanish at r = h, or results depend on the side of h to which rounding puts a neighbour.
 struct Kernel {
-  std::string_view name;
+  std::string_view name;         ///< for messages and --kernel
   std::string_view formula;      ///< w(q), for people
   Profile (*profile)(double q);  ///< called with 0 <= q <= 1
   std::array<double, 3>
@@ -45,3 +46,4 @@ struct KernelValue {
 KernelValue evaluate(const Kernel& kernel, int dimension, double support, double r);
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -6,6 +6,7 @@
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/kernel.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// Who is within whose support: compressed rows, ascending in each row, the point itself absent.
@@ -18,9 +19,13 @@ struct Neighbours {
   /// the caches; no result depends on it. Empty: 0, 1, 2, ..
   Eigen::VectorXi order = {};
 
+  /// The number of points, n.
   int size() const { return static_cast<int>(offsets.size()) - 1; }
+  /// The number of neighbours of point i.
   int count(int i) const { return offsets[i + 1] - offsets[i]; }
+  /// h of point i.
   double support(int i) const { return supports[supports.size() == 1 ? 0 : i]; }
+  /// The neighbours of point i, ascending.
   std::span<const int> of(int i) const {
     return {indices.data() + offsets[i], static_cast<std::size_t>(count(i))};
   }
@@ -29,6 +34,7 @@ struct Neighbours {
 /// All j != i with |x_j - x_i| < h, the shortest image counting in periodic directions.
 /// Cost: O(n log n) for the k-d tree, then O(neighbours).
 ///
+/// @param cloud    n points
 /// @param support  h > 0 (a length), in periodic directions at most half the box
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if h is out of range; if points coincide (names the first pair and the
@@ -37,7 +43,10 @@ struct Neighbours {
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 
 /// The same with one support per row: j is a neighbour of i if |x_j - x_i| < supports[i].
-/// @param supports  n lengths > 0
+/// @param cloud     n points
+/// @param supports  n lengths > 0, or one for all
+/// @param threads   0: as many as OpenMP offers
+/// @throws InvalidInput  as above
 Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
@@ -50,3 +59,4 @@ Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& nea
                                        const Kernel& kernel = kernels().front(), int threads = 0);
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

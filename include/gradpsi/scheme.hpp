@@ -6,8 +6,10 @@
 #include <string>
 #include <string_view>
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
+/// What a scheme approximates.
 enum class Derivative { Gradient, Laplacian };
 
 /// Which phi(r) weighs a neighbour (Tables I and II), with W the kernel and d the dimension.
@@ -56,10 +58,11 @@ enum class Consistency {
 ///                    (B. Seibold, "Minimal positive stencils in meshfree finite difference methods for
 ///                    the Poisson equation"); one-sided neighbourhoods have none
 struct Scheme {
-  Derivative derivative;
-  Weight weight;
-  Consistency consistency;
+  Derivative derivative;    ///< what is approximated
+  Weight weight;            ///< phi(r)
+  Consistency consistency;  ///< the conditions, and how they are met
 
+  /// Any three; assemble() refuses what is not one of schemes().
   constexpr Scheme(Derivative derivative, Weight weight, Consistency consistency)
       : derivative(derivative), weight(weight), consistency(consistency) {}
 
@@ -68,6 +71,7 @@ struct Scheme {
   template <std::convertible_to<std::string_view> Name>
   Scheme(const Name& name) : Scheme(from_name(name)) {}
 
+  /// Whether all three agree.
   bool operator==(const Scheme&) const = default;
 
  private:
@@ -114,7 +118,9 @@ enum class Symmetry {
   Symmetric,     ///< omega_i a_ij = omega_j a_ji: zoc Laplacians
   Antisymmetric  ///< omega_i a_ij = -omega_j a_ji: zoc gradients
 };
+/// None, or what the table of uncorrected schemes promises.
 Symmetry symmetry(const Scheme& scheme);
 std::string_view name(Symmetry symmetry);  ///< "none", "symmetric", "antisymmetric"
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

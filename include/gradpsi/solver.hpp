@@ -9,8 +9,10 @@
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
+/// How a linear system is solved.
 enum class Method {
   Auto,      ///< what LinearSolver finds fit for the matrix
   Cholesky,  ///< CHOLMOD, for symmetric positive definite matrices only
@@ -28,13 +30,14 @@ enum class Ordering {
   Amd,          ///< approximate minimum degree; what is used where there are no coordinates
   Metis         ///< METIS, as CHOLMOD calls it
 };
-std::string_view name(Ordering ordering);
+std::string_view name(Ordering ordering);  ///< "nested dissection by coordinates", "AMD", "METIS"
 
+/// How a LinearSolver goes about its work.
 struct SolverOptions {
-  Method method = Method::Auto;
-  double tolerance = 1e-12;     ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
-  int max_iterations = 10'000;  ///< for each right-hand side, at least 1
-  Ordering ordering = Ordering::Coordinates;
+  Method method = Method::Auto;  ///< Auto: by looking at the matrix
+  double tolerance = 1e-12;      ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
+  int max_iterations = 10'000;   ///< for each right-hand side, at least 1
+  Ordering ordering = Ordering::Coordinates;  ///< of a factorisation's unknowns
   double memory = 0;  ///< bytes that a factorisation may take; 0: three quarters of the machine's
   /// 0 to 1024; 0: as many as OpenMP offers. Krylov methods do not depend on it to the last bit.
   int threads = 0;
@@ -42,10 +45,10 @@ struct SolverOptions {
 
 /// What a factorisation took.
 struct FactorReport {
-  std::string description;  ///< "CHOLMOD, supernodal, ordered by ..."
-  double entries = 0;       ///< of L, or of L and U
-  double flops = 0;         ///< 0: not known
-  double bytes = 0;
+  std::string description;     ///< "CHOLMOD, supernodal, ordered by ..."
+  double entries = 0;          ///< of L, or of L and U
+  double flops = 0;            ///< 0: not known
+  double bytes = 0;            ///< of memory that it holds
   double analyse_seconds = 0;  ///< ordering and symbolic analysis
   double factor_seconds = 0;   ///< the latest numerical factorisation
 };
@@ -55,8 +58,8 @@ struct SolverReport {
   Method method = Method::Auto;  ///< not Auto where there is a solver
   std::string description;       ///< "BiCGSTAB preconditioned by ..."
   std::string reason;            ///< "the matrix is not symmetric, ..."
-  int unknowns = 0;
-  FactorReport factor = {};  ///< in a Krylov method the preconditioner's, if that is a factor
+  int unknowns = 0;              ///< n
+  FactorReport factor = {};      ///< in a Krylov method the preconditioner's, if that is a factor
 };
 
 /// How a solve went.
@@ -64,7 +67,7 @@ struct SolveReport {
   double residual =
       0;  ///< true relative residual |b - A x| / |b|, the largest of all columns; 0 for b = 0
   int iterations = 0;  ///< of a Krylov method, all columns together; else steps of refinement
-  double seconds = 0;
+  double seconds = 0;  ///< wall clock
 };
 
 /// The points that a matrix's rows and columns belong to: what a solver may know beyond the entries.
@@ -92,7 +95,9 @@ struct SystemPoints {
 /// OpenBLAS's number of threads, which belongs to the process, and restores it afterwards.
 class LinearSolver {
  public:
-  /// @param matrix  n x n, n >= 0, compressed
+  /// @param matrix   n x n, n >= 0, compressed
+  /// @param options  method, tolerance, limits
+  /// @param points   what is known of the unknowns beside the matrix; none: coordinates are not used
   /// @throws InvalidInput  if it is not square, sizes disagree, an option is out of range, an entry is
   ///   not finite, a row has only zeros; if Method::Cholesky is asked for and diag(volumes) A is not
   ///   symmetric
@@ -101,7 +106,9 @@ class LinearSolver {
   ///   definite; if a factor asked for would not fit the memory
   /// @throws std::bad_alloc  if memory runs out all the same
   explicit LinearSolver(SparseMatrix matrix, SolverOptions options = {}, SystemPoints points = {});
+  /// What was moved from can only be destroyed or assigned to.
   LinearSolver(LinearSolver&&) noexcept;
+  /// As the constructor.
   LinearSolver& operator=(LinearSolver&&) noexcept;
   ~LinearSolver();
 
@@ -117,8 +124,8 @@ class LinearSolver {
   /// @throws SolverError  if the residual stays above the tolerance and above what rounding allows
   SolveReport solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x);
 
-  const SolverReport& report() const;
-  const SparseMatrix& matrix() const;
+  const SolverReport& report() const;  ///< what is used, and why
+  const SparseMatrix& matrix() const;  ///< the latest one given
 
  private:
   struct State;
@@ -126,3 +133,4 @@ class LinearSolver {
 };
 
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -5,15 +5,18 @@
 
 #include "gradpsi/assemble.hpp"
 
+#pragma GCC visibility push(default)
 namespace gradpsi {
 
-// Sparse products. They are limited by the reading of the matrix: 12 bytes an entry, for the operators of
-// many points, and by how far apart in memory neighbours are (see reorder()). All results are bitwise the
-// same with any number of threads. Matrices must be compressed, as assemble() makes them, x finite for a
-// finite result; nothing is allocated once results have their size. `threads` 0: as many as OpenMP offers.
-//
-// @throws InvalidInput  (all of them) if sizes disagree, a matrix is not compressed, or a result is an
-//   argument at the same time
+/// @name Sparse products
+/// They are limited by the reading of the matrix: 12 bytes an entry, for the operators of many points, and
+/// by how far apart in memory neighbours are (see reorder()). All results are bitwise the same with any
+/// number of threads. Matrices must be compressed, as assemble() makes them, x finite for a finite result;
+/// nothing is allocated once results have their size. `threads` 0: as many as OpenMP offers.
+///
+/// @throws InvalidInput  (all of them) if sizes disagree, a matrix is not compressed, or a result is an
+///   argument at the same time
+/// @{
 
 /// y = A x.
 void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads = 0);
@@ -40,4 +43,7 @@ void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::Vect
 void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd& y,
                         int threads = 0);
 
+/// @}
+
 }  // namespace gradpsi
+#pragma GCC visibility pop

@@ -1,3 +1,4 @@
+// A Laplacian and implicit steps: heat flows through three letters from their hot ends to the cold ones.
 #include <gradpsi/gradpsi.hpp>
 #include <iostream>
 

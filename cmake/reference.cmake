@@ -1,0 +1,17 @@
+# Target gradpsi_reference: the headers' documentation as web pages, reference/html/index.html in the build
+# tree. Anything without its words is an error.
+find_package(Doxygen QUIET)
+if(NOT DOXYGEN_FOUND)
+  return()
+endif()
+set(DOXYGEN_OUTPUT_DIRECTORY reference)
+set(DOXYGEN_GENERATE_LATEX NO)
+set(DOXYGEN_HAVE_DOT NO)
+set(DOXYGEN_QUIET YES)
+set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
+set(DOXYGEN_WARN_NO_PARAMDOC NO)
+set(DOXYGEN_SORT_MEMBER_DOCS NO)
+set(DOXYGEN_DISABLE_INDEX NO)
+set(DOXYGEN_STRIP_FROM_PATH include)
+set(DOXYGEN_SHOW_USED_FILES NO)
+doxygen_add_docs(gradpsi_reference include/gradpsi COMMENT "The reference, from the headers")
