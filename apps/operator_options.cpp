@@ -227,6 +227,11 @@ void assemble(const OperatorOptions& options, Problem& problem, const std::vecto
   Stopwatch watch;
   const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
+  for (const std::string& warning :
+       gradpsi::warnings(problem.cloud, problem.near, options.threads)) {
+    std::cerr << "warning: " << warning << '\n';
+    problem.report["warnings"].push_back(warning);
+  }
   problem.report["seconds"]["search"] = watch.lap();
   try {
     problem.op = assembled(options.scheme, problem, assembly, unused);

@@ -44,7 +44,8 @@ gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
 /// Reads the points; neighbours and operator are still empty.
 Problem read_points(const OperatorOptions& options);
 
-/// Finds the neighbours and assembles the operator. Rows of `unused` points are left zero where the
+/// Finds the neighbours, warns on standard error of what about the points deserves it, and assembles the
+/// operator. Rows of `unused` points are left zero where the
 /// policy is to fail.
 void assemble(const OperatorOptions& options, Problem& problem,
               const std::vector<int>& unused = {});

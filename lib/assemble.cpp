@@ -307,6 +307,17 @@ void solve_row(Row& row, const std::vector<Scheme>& steps, RowReport& report, in
   row.set_zero();
 }
 
+/// Refuses supports so large that weights, 1/h or 1/h^2, would vanish or lose digits.
+void check_unit(const Scheme& scheme, const Eigen::VectorXd& supports) {
+  if (supports.size() == 0) return;
+  const double h = supports.maxCoeff();
+  const bool gradient = scheme.derivative == Derivative::Gradient;
+  if (1 / h / (gradient ? 1 : h) < std::numeric_limits<double>::min())
+    throw InvalidInput("with support " + shortest(h) + " the weights of a " +
+                       std::string(name(scheme.derivative)) + ", about 1/support" +
+                       (gradient ? "" : "^2") + ", are below the range of a double");
+}
+
 /// Refuses what an int cannot count.
 void check_entries(std::int64_t entries) {
   if (entries > std::numeric_limits<int>::max())
@@ -644,6 +655,7 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   checked_threads(options.threads);
   check_match(cloud, near);
   check_kernel(options.kernel, cloud.dimension());
+  check_unit(scheme, near.supports);
   if (!options.rows) return;
   std::int64_t entries = 0;
   for (const int i : *options.rows) {

@@ -13,18 +13,29 @@
 #include <utility>
 
 #include "basis.hpp"
+#include "check.hpp"
 #include "dispatch.hpp"
 #include "gradpsi/error.hpp"
 #include "matrix_checks.hpp"
 #include "median.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
+#include "text.hpp"
 
 namespace gradpsi {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding = std::numeric_limits<double>::epsilon() / 2;
+
+/// The neighbour that is nearest to point i, which has some.
+int nearest_neighbour(const Cloud& cloud, const Neighbours& near, int i) {
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return std::ranges::min(near.of(i), {}, [&](int j) {
+      return (displacement<decltype(d)::value>(cloud, i, j) / near.support(i)).squaredNorm();
+    });
+  });
+}
 
 int derivative_order(const Scheme& scheme) {
   return scheme.derivative == Derivative::Gradient ? 1 : 2;
@@ -183,6 +194,41 @@ std::complex<double> outermost(const SparseMatrix& A, Spectra::SortRule rule, do
 }
 
 }  // namespace
+
+std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads) {
+  check_match(cloud, near);
+  // The vector code of the search takes half the time of a pass over the lists, which jumps about in memory.
+  Eigen::VectorXd q = nearest_distances(cloud, threads);  // in units of the support
+  for (int i = 0; i < cloud.size(); ++i) q[i] /= near.support(i);
+  Eigen::VectorXd found = q;
+  const auto end = std::remove_if(found.begin(), found.end(), [](double x) { return x >= 1; });
+  found.conservativeResize(end - found.begin());
+  if (found.size() == 0) return {};
+  const double usual = median(std::move(found));
+
+  std::vector<std::string> result;
+  Eigen::Index i;
+  if (const double least = q.minCoeff(&i); least < much_closer * usual) {
+    const int partner = nearest_neighbour(cloud, near, static_cast<int>(i));
+    const double h = near.support(static_cast<int>(i));
+    const auto close = (q.array() < much_closer * usual).count();
+    result.push_back("points " + std::to_string(i) + " and " + std::to_string(partner) + " are " +
+                     rounded(least * h) + " apart, where the nearest point is usually " +
+                     rounded(usual * h) + " away; " + std::to_string(close) +
+                     " points have one within a hundredth of that: weights that grow as points "
+                     "approach are dominated by such pairs");
+  }
+  const double largest = cloud.positions().cwiseAbs().maxCoeff();
+  const double dx = usual * (near.supports.size() == 1 ? near.supports[0] : median(near.supports));
+  if (const double part = 2 * rounding * (largest / dx); part > much_rounded)
+    result.push_back("coordinates reach " + rounded(largest) + " where points are " + rounded(dx) +
+                     " apart: they are rounded by " + rounded(part) +
+                     " of that distance. First derivatives of a field u are off by up to about " +
+                     rounded(part) + " |grad u|, Laplacians by " + rounded(part / dx) +
+                     " |grad u|, unless the coordinates are exact as they are; subtract an origin "
+                     "near the points before their digits are lost");
+  return result;
+}
 
 RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op) {
   const int n = cloud.size();

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -233,10 +234,12 @@ std::vector<std::string> header(std::string_view line, const std::string& place)
     if (cell.size() >= 2 && cell.starts_with('"') && cell.ends_with('"'))
       cell = cell.substr(1, cell.size() - 2);
     if (cell.empty()) throw InvalidInput(place + "a column has no name");
-    if (std::ranges::find(names, cell) != names.end())
-      throw InvalidInput(place + "two columns are named '" + std::string(cell) + "'");
     names.emplace_back(cell);
   });
+  auto sorted = names;  // a line has room for 250,000 names
+  std::ranges::sort(sorted);
+  if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
+    throw InvalidInput(place + "two columns are named '" + *twice + "'");
   return names;
 }
 
@@ -350,6 +353,10 @@ int whole_number(std::string_view word, int least, int most, const std::string& 
   return n;
 }
 
+/// Each row takes memory, whether it has entries or not, so that a file of a hundred bytes must not ask for
+/// two thousand million of them: see read_matrix_market().
+constexpr int few_rows = 10'000'000, rows_per_entry = 10;
+
 /// What the first line of a Matrix Market file says.
 struct MarketHeader {
   bool pattern = false;
@@ -372,17 +379,23 @@ MarketHeader market_header(std::string_view line, const std::string& place) {
 
 using Entry = Eigen::Triplet<double, int>;
 
-/// The entries as rows, sorted; none twice.
-SparseMatrix matrix_of(const std::vector<Entry>& entries, int rows, int columns, const path& file) {
-  SparseMatrix matrix(rows, columns);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  if (matrix.nonZeros() == std::ssize(entries)) return matrix;
-  std::vector<Entry> sorted = entries;
+/// The entries as rows, sorted; none twice. Takes memory for rows and entries, not for columns.
+SparseMatrix matrix_of(std::vector<Entry> entries, int rows, int columns, const path& file) {
   const auto place = [](const Entry& e) { return std::pair(e.row(), e.col()); };
-  std::ranges::sort(sorted, {}, place);
-  const Entry& twice = *std::ranges::adjacent_find(sorted, {}, place);
-  throw InvalidInput(file.string() + ": entry (" + std::to_string(twice.row() + 1) + ", " +
-                     std::to_string(twice.col() + 1) + ") is there twice");
+  if (!std::ranges::is_sorted(entries, {}, place)) std::ranges::sort(entries, {}, place);
+  if (const auto twice = std::ranges::adjacent_find(entries, {}, place); twice != entries.end())
+    throw InvalidInput(file.string() + ": entry (" + std::to_string(twice->row() + 1) + ", " +
+                       std::to_string(twice->col() + 1) + ") is there twice");
+  SparseMatrix matrix(rows, columns);
+  matrix.resizeNonZeros(std::ssize(entries));
+  int* const outer = matrix.outerIndexPtr();
+  for (std::size_t k = 0; k < entries.size(); ++k) {
+    ++outer[entries[k].row() + 1];
+    matrix.innerIndexPtr()[k] = entries[k].col();
+    matrix.valuePtr()[k] = entries[k].value();
+  }
+  std::partial_sum(outer, outer + rows + 1, outer);
+  return matrix;
 }
 
 Eigen::Index place_of(std::string_view name, const Table& table) {
@@ -553,6 +566,10 @@ SparseMatrix read_matrix_market(const path& file) {
   const int rows = whole_number(sizes[0], 0, most - 1, lines.place());
   const int columns = whole_number(sizes[1], 0, most - 1, lines.place());
   const int announced = whole_number(sizes[2], 0, most, lines.place());
+  if (rows > few_rows && rows / rows_per_entry > announced)
+    throw InvalidInput(lines.place() + std::to_string(rows) + " rows for " +
+                       std::to_string(announced) + " entries: above " + std::to_string(few_rows) +
+                       " rows there must be an entry for every " + std::to_string(rows_per_entry));
   if (header.mirrored != 0 && rows != columns)
     throw InvalidInput(lines.place() + "a symmetric matrix must be square");
 
@@ -580,7 +597,7 @@ SparseMatrix read_matrix_market(const path& file) {
   if (count < announced)
     throw InvalidInput(file.string() + ": " + std::to_string(count) + " entries where " +
                        std::to_string(announced) + " are announced");
-  return matrix_of(entries, rows, columns, file);
+  return matrix_of(std::move(entries), rows, columns, file);
 }
 
 }  // namespace gradpsi

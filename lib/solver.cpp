@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -37,13 +36,6 @@ constexpr std::array<std::pair<Method, std::string_view>, 4> method_names = {
      {Method::Cholesky, "cholesky"},
      {Method::Lu, "lu"},
      {Method::Krylov, "krylov"}}};
-
-/// Three digits, for people.
-std::string rounded(double x) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.3g", x);
-  return text.data();
-}
 
 double machine_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));

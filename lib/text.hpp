@@ -18,6 +18,13 @@ inline std::string shortest(double x) {
   return {digits, std::to_chars(digits, digits + sizeof digits, x).ptr};
 }
 
+/// Three digits, whatever the locale, for what is measured rather than given.
+inline std::string rounded(double x) {
+  char digits[32];
+  return {digits,
+          std::to_chars(digits, digits + sizeof digits, x, std::chars_format::general, 3).ptr};
+}
+
 /// Levenshtein distance: the fewest insertions, deletions and replacements from a to b.
 inline int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> row(b.size() + 1);

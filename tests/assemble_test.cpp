@@ -88,7 +88,8 @@ TEST_P(AllSchemes, ASubsetOfRowsEqualsRowsOfTheWhole) {
     EXPECT_EQ(part.rows.reciprocal_condition[k], whole.rows.reciprocal_condition[rows[k]]);
 }
 
-TEST_P(AllSchemes, IsTheSameToTheBitWithAnyNumberOfThreads) {
+class Fault11Threads : public AllSchemes {};
+TEST_P(Fault11Threads, DoNotChangeABit) {
   const Cloud cloud = irregular_cloud(dimension(), dimension() == 1   ? 3000
                                                    : dimension() == 2 ? 50
                                                                       : 13);
@@ -103,14 +104,16 @@ TEST_P(AllSchemes, IsTheSameToTheBitWithAnyNumberOfThreads) {
   }
 }
 
-TEST_P(AllSchemes, NoPointsGiveAnEmptyMatrix) {
+class Fault01Points : public AllSchemes {};
+TEST_P(Fault01Points, NoneGiveAnEmptyMatrix) {
   const Cloud none(Positions(0, dimension()));
   const Operator op = assemble(scheme(), none, find_neighbours(none, 1.0));
   EXPECT_EQ(op.matrix().rows(), 0);
   EXPECT_EQ(op.matrix().cols(), 0);
 }
 
-TEST_P(AllSchemes, APointWithoutNeighboursIsHandledByPolicy) {
+class Fault02Point : public AllSchemes {};
+TEST_P(Fault02Point, WithoutNeighboursIsHandledByPolicy) {
   Positions x = irregular_cloud(dimension(), points_per_side()).positions();
   x.row(5).setConstant(40);
   const Cloud cloud(x);
@@ -137,6 +140,9 @@ TEST_P(AllSchemes, APointWithoutNeighboursIsHandledByPolicy) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Assemble, AllSchemes, compact_schemes_and_dimensions(), case_name);
+INSTANTIATE_TEST_SUITE_P(Assemble, Fault01Points, compact_schemes_and_dimensions(), case_name);
+INSTANTIATE_TEST_SUITE_P(Assemble, Fault02Point, compact_schemes_and_dimensions(), case_name);
+INSTANTIATE_TEST_SUITE_P(Assemble, Fault11Threads, compact_schemes_and_dimensions(), case_name);
 
 Cloud points(int dimension, std::initializer_list<double> coordinates) {
   Positions x(static_cast<Eigen::Index>(coordinates.size()) / dimension, dimension);
@@ -212,6 +218,28 @@ TEST(Fault07, PointsOnACircleAreLoweredToFirstOrder) {
     EXPECT_LT(SparseMatrix(asked.axes[a] - foc.axes[a]).norm(), 1e-14 * foc.axes[a].norm());
 }
 
+// A unit square 1e8 units away: only differences of coordinates enter, and those are the same.
+TEST(Fault09, AFarOriginChangesNothing) {
+  for (const int d : {1, 2, 3}) {
+    // Multiples of 2^-20, so that 1e8 can be added to them exactly.
+    const Cloud irregular = irregular_cloud(d, d == 3 ? 6 : 12);
+    const Positions x = (irregular.positions() * 0x1p20).array().round() * 0x1p-20;
+    const double support = 0.45;
+    for (const double box : {0.0, 1.0}) {
+      CloudOptions options{.volumes = irregular.volumes()};
+      std::fill_n(options.box.begin(), d, box);
+      const Cloud here(x, options), there(x.array() + 1e8, options);
+      const Neighbours near = find_neighbours(here, support), far = find_neighbours(there, support);
+      EXPECT_EQ(near.indices, far.indices);
+      for (const Scheme& scheme : compact_schemes(1)) {
+        const Operator a = assemble(scheme, here, near), b = assemble(scheme, there, far);
+        for (std::size_t axis = 0; axis < a.axes.size(); ++axis)
+          EXPECT_EQ(SparseMatrix(a.axes[axis] - b.axes[axis]).norm(), 0) << name(scheme);
+      }
+    }
+  }
+}
+
 TEST(Fault17, FewerNeighboursThanUnknownsNamesThePointAndItsNeighbours) {
   // Point 0 has four neighbours; a second-order row has five unknowns.
   const Cloud cross = points(2, {0, 0, 1, 0, -1, 0.1, 0, 1, 0.2, -1});
@@ -240,6 +268,34 @@ TEST(Fault18, AWeightThatIsNotFiniteIsNeverStored) {
   const Operator zero =
       assemble("laplacian-mixed-soc", cloud, near, {.on_degenerate = OnDegenerate::Lower});
   EXPECT_TRUE(zero.matrix().coeffs().isFinite().all());
+}
+
+// Where 1/h^2 is a double, at 1e-150 and 1e150, entries are what the unit of length makes of them; where it
+// is none, an error says so.
+TEST(Fault08, CoordinatesOfAnySizeGiveTheirMatrixOrAnError) {
+  const Cloud cloud = irregular_cloud(1, 40);
+  const auto assembled = [&](const Scheme& scheme, double unit) {
+    const Cloud scaled(cloud.positions() * unit, {.volumes = cloud.volumes() * unit});
+    return assemble(scheme, scaled, find_neighbours(scaled, 0.1 * unit)).matrix();
+  };
+  for (const Scheme& scheme : {Scheme("gradient-direct-soc"), Scheme("gradient-diffuse-zoc"),
+                               Scheme("laplacian-mixed-soc"), Scheme("laplacian-diffuse-zoc")}) {
+    const int q = scheme.derivative == Derivative::Gradient ? 1 : 2;
+    const SparseMatrix expected = assembled(scheme, 1);
+    for (const int exponent : {-500, 500, q == 1 ? -660 : 510, q == 1 ? 660 : -500}) {
+      SparseMatrix found = assembled(scheme, std::ldexp(1.0, exponent));
+      for (int k = 0; k < q; ++k) found *= std::ldexp(1.0, exponent);
+      // The smallest entries lose digits where the largest are near the end of the range.
+      EXPECT_LT(SparseMatrix(found - expected).norm(), 1e-14 * expected.norm())
+          << name(scheme) << " " << exponent;
+    }
+    if (q == 2) {
+      EXPECT_THAT(message_of<InvalidInput>([&] { assembled(scheme, 1e200); }),
+                  HasSubstr("of a laplacian, about 1/support^2, are below the range of a double"));
+      EXPECT_THAT(message_of<StencilError>([&] { assembled(scheme, 1e-200); }),
+                  HasSubstr("its weights are not finite"));
+    }
+  }
 }
 
 TEST(Fault19, RowsWithTooManyEntriesAreRefused) {

@@ -77,7 +77,7 @@ TEST(Cloud, SpacingIsElseTheMedianNearestDistance) {
   EXPECT_DOUBLE_EQ(Cloud(line({0, 1e-200, 3e-200, 7e-200, 15e-200})).spacing(), 2e-200);
 }
 
-TEST(Cloud, DistinctPointsKeepsTheFirstOfEachGroup) {
+TEST(Fault04, DistinctPointsAreTheFirstOfEachGroup) {
   EXPECT_THAT(distinct_points(Cloud(line({5, 2, 5, 2, 1, 5, -0.0, 0.0}))), ElementsAre(0, 1, 4, 6));
   // In a box, 0, 16 and -16 are the same point.
   EXPECT_THAT(distinct_points(Cloud(line({16, 3, -16, 0, 19}), {.box = {16, 0, 0}})),

@@ -298,7 +298,7 @@ TEST(Conductivity, KeepsSymmetryAndRowSums) {
   }
 }
 
-TEST(Diffusion, NamesWhatIsWrong) {
+TEST(Fault16, ConditionsAndNumbersOutOfRangeAreNamed) {
   const Scene scene("laplacian-mixed-zoc");
   const auto refused = [&](const BoundaryConditions& conditions, const DiffusionOptions& options) {
     return message_of<InvalidInput>(
@@ -308,6 +308,7 @@ TEST(Diffusion, NamesWhatIsWrong) {
   EXPECT_THAT(refused({}, {.time_step = nan}), HasSubstr("time_step must be > 0"));
   EXPECT_THAT(refused({}, {.diffusivity = -1, .time_step = 1}), HasSubstr("diffusivity"));
   EXPECT_THAT(refused({}, {.diffusivity = nan, .time_step = 1}), HasSubstr("diffusivity"));
+  EXPECT_THAT(refused({}, {.time_step = -1}), HasSubstr("time_step must be > 0"));
   EXPECT_THAT(refused({}, {.time_step = 1, .theta = 0.4}), HasSubstr("theta must be 0.5 to 1"));
   EXPECT_THAT(refused({}, {.time_step = infinity, .theta = 0.5}), HasSubstr("theta = 1"));
   EXPECT_THAT(refused({}, {.time_step = 1, .source = Eigen::VectorXd::Ones(3)}),
@@ -329,7 +330,10 @@ TEST(Diffusion, NamesWhatIsWrong) {
   EXPECT_THAT(refused({.walls = walls}, {.time_step = 1}), HasSubstr("1 matrices in 2 dimensions"));
   walls = scene.wall(0, -1);
   EXPECT_THAT(refused({.walls = walls}, {.time_step = 1}), HasSubstr("transfer coefficient"));
+}
 
+TEST(Fault25, SteadyStatesThatNothingHoldsAreNamed) {
+  const Scene scene("laplacian-mixed-zoc");
   const auto unsolvable = [&](const BoundaryConditions& conditions, double time_step) {
     return message_of<SolverError>([&] {
       ImplicitDiffusion(scene.cloud, scene.laplacian, conditions, {.time_step = time_step});
@@ -338,8 +342,10 @@ TEST(Diffusion, NamesWhatIsWrong) {
   EXPECT_THAT(unsolvable({}, infinity), HasSubstr("any constant"));
   EXPECT_THAT(unsolvable({}, 1e20), HasSubstr("any constant"));
   EXPECT_THAT(unsolvable({.walls = scene.wall()}, infinity), HasSubstr("any constant"));
+}
 
-  // u is as it was.
+TEST(Fault24, AFieldThatIsNotFiniteNamesThePointAndStaysAsItWas) {
+  const Scene scene("laplacian-mixed-zoc");
   ImplicitDiffusion heat(scene.cloud, scene.laplacian, {}, {.time_step = 1});
   Eigen::VectorXd u = scene.field();
   u[42] = nan;

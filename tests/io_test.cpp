@@ -88,8 +88,8 @@ TEST_F(Csv, ReadsFilesLargerThanItsBuffer) {
   EXPECT_EQ(cloud.positions(), Positions(Eigen::VectorXd::LinSpaced(400'000, 0, 399'999)));
 }
 
-TEST_F(Csv, UnknownColumnsAreAnsweredWithTheNearestFirst) {
-  const Table table = read_csv(file("x,temperature,pressure\n1,2,3\n"));
+TEST(Fault15, AnUnknownColumnIsAnsweredWithTheNearestFirst) {
+  const Table table{{"x", "temperature", "pressure"}, Eigen::MatrixXd::Ones(1, 3)};
   EXPECT_THAT(message_of<InvalidInput>([&] { table.column("temprature"); }),
               HasSubstr("unknown column 'temprature'; valid: temperature, "));
 }
@@ -99,9 +99,10 @@ TEST_F(Csv, PositionsMustBeXThenYThenZ) {
   EXPECT_THAT(error("x,z\n1,2\n"), HasSubstr("unknown column 'y'"));
 }
 
-TEST_F(Fault27, BadFilesNameTheLine) {
+TEST_F(Fault27, BadPointsNameTheLine) {
   EXPECT_THAT(error(""), HasSubstr("points.csv:1: expected a header row"));
   EXPECT_THAT(error("\n1\n"), HasSubstr(":1: expected a header row"));
+  EXPECT_THAT(error("\xEF\xBB\xBFx\r\n1\r\none\r\n"), HasSubstr(":3: column 'x': 'one' is not"));
   EXPECT_THAT(error("x,y\n1,2\n1\n"), HasSubstr(":3: 1 columns where the header has 2"));
   EXPECT_THAT(error("x,y\n1,2\n1,2,3\n"), HasSubstr(":3: 3 columns where the header has 2"));
   EXPECT_THAT(error("x,y\n1,2\n3,4\n5,"), HasSubstr(":4: column 'y': '' is not a number"));
@@ -128,6 +129,13 @@ TEST_F(Fault27, AHeaderThatIsNotTextIsRefused) {
 TEST_F(Fault27, ALongLineIsRefusedWithoutReadingItAll) {
   EXPECT_THAT(error("x\n1\n" + std::string(3 << 20, '7')),
               HasSubstr(":3: the line is longer than 1048576 bytes"));
+}
+
+TEST_F(Fault27, AHeaderOfAMegabyteIsReadAtOnce) {
+  std::string names = "x";
+  for (int k = 0; k < 150'000; ++k) names += "," + std::to_string(k);
+  EXPECT_EQ(read_csv(file(names + "\n")).names.size(), 150'001u);
+  EXPECT_THAT(error(names + ",77777\n"), HasSubstr(":1: two columns are named '77777'"));
 }
 
 TEST_F(Fault27, NanInACoordinateNamesThePoint) {
@@ -200,7 +208,7 @@ TEST_F(Market, ReadsWhatOtherProgramsWrite) {
   EXPECT_EQ(read(banner + "real general\n0 0 0\n").size(), 0);
 }
 
-TEST_F(Market, BadFilesNameTheLine) {
+TEST_F(Fault27, BadMatricesNameTheLine) {
   const auto error = [&](const std::string& text) {
     return message_of<InvalidInput>([&] { read_matrix_market(file(text)); });
   };
@@ -229,6 +237,35 @@ TEST_F(Market, BadFilesNameTheLine) {
   EXPECT_THAT(error("%%MatrixMarket matrix coordinate real symmetric\n2 3 1\n2 1 1\n"),
               HasSubstr(":2: a symmetric matrix must be square"));
   EXPECT_THROW(read_matrix_market(path("absent.mtx")), std::system_error);
+  // A decimal comma, text, a byte-order mark, CRLF, a truncated file, a line without an end.
+  EXPECT_THAT(error(banner + "2 2 1\n1 1 1,5\n"), HasSubstr(":3: '1,5' is not a finite number"));
+  EXPECT_THAT(error(banner + "2 2 1\n1 one 1\n"), HasSubstr(":3: 'one' is not a whole number"));
+  EXPECT_THAT(error("\xEF\xBB\xBF" + banner + "0 0 0\n"), HasSubstr(":1: expected '%%Matrix"));
+  EXPECT_THAT(error("%%MatrixMarket matrix coordinate real general\r\n2 2 1\r\n1 1 x\r\n"),
+              HasSubstr(":3: 'x' is not a finite number"));
+  EXPECT_THAT(error(banner + "2 2 3\n1 1 1\n1 2 1\n2 "),
+              HasSubstr(":5: expected ROW COLUMN VALUE"));
+  EXPECT_THAT(error(banner + "2 2 3\n1 1 1\n1 2 1\n"),
+              HasSubstr("2 entries where 3 are announced"));
+  for (const char* before : {"%", ""})
+    EXPECT_THAT(error(banner + before + std::string(3 << 20, '7')),
+                HasSubstr(":2: the line is longer than 1048576 bytes"));
+}
+
+// Memory is taken for rows, with or without entries: not for more than the file can stand for.
+TEST_F(Fault27, RowsWithoutEntriesTakeNoMemoryToSpeakOf) {
+  const std::string banner = "%%MatrixMarket matrix coordinate real general\n";
+  for (const char* sizes : {"2000000000 3 0", "2000000000 2000000000 1", "2000000000 3 199999999"})
+    EXPECT_THAT(
+        message_of<InvalidInput>([&] { read_matrix_market(file(banner + sizes + "\n1 1 1\n")); }),
+        HasSubstr(":2: 2000000000 rows for "));
+  // Rows of a subset of many points.
+  const SparseMatrix wide =
+      read_matrix_market(file(banner + "2 2000000000 2\n1 7 5\n2 2000000000 6\n"));
+  EXPECT_EQ(wide.cols(), 2'000'000'000);
+  EXPECT_EQ(wide.coeff(0, 6), 5);
+  EXPECT_EQ(wide.coeff(1, 1'999'999'999), 6);
+  EXPECT_EQ(read_matrix_market(file(banner + "10000000 1 0\n")).rows(), 10'000'000);
 }
 
 TEST_F(Write, SeveralMatricesAreReplacedTogetherOrNotAtAll) {

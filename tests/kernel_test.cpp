@@ -102,7 +102,7 @@ TEST(Kernel, TheGaussianIsWithinSevenThousandthsOfAPlainOne) {
     EXPECT_NEAR(kernel("gaussian").profile(q).w, std::exp(-9 * q * q), 0.007);
 }
 
-TEST(Kernel, AnUnknownNameIsAnsweredWithTheNearestFirst) {
+TEST(Fault15, AnUnknownKernelIsAnsweredWithTheNearestFirst) {
   EXPECT_EQ(kernel("wendland-c4").name, "wendland-c4");
   const auto message = message_of<InvalidInput>([] { kernel("wendland-c5"); });
   EXPECT_THAT(message, StartsWith("unknown kernel 'wendland-c5'; valid: wendland-c"));

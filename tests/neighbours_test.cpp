@@ -263,7 +263,7 @@ TEST(Fault14, SupportsThatDisagreeInSizeAreBothNamed) {
               HasSubstr("supports has 24 entries for 25 points"));
 }
 
-TEST(Fault19, TooManyEntriesAreRefusedBeforeAllocation) {
+TEST(Fault06, ASupportAsLargeAsTheDomainIsRefusedWithTheBytesItWouldTake) {
   // 60,000 points that all see each other: 3.6e9 entries.
   const Cloud line = make_cloud(Lattice{.dimension = 1, .points_per_side = 60'000});
   EXPECT_THAT(message_of<InvalidInput>([&] { find_neighbours(line, 2.0); }),

@@ -46,7 +46,7 @@ TEST(Scheme, TheNameLeadsBackToTheScheme) {
             Scheme(Derivative::Laplacian, Weight::DiffuseNs, Consistency::Soc));
 }
 
-TEST(Scheme, AnUnknownNameIsAnsweredWithTheNearestFirst) {
+TEST(Fault15, AnUnknownSchemeIsAnsweredWithTheNearestFirst) {
   EXPECT_THAT(message_of<InvalidInput>([] { Scheme("laplacian-mixd-soc"); }),
               StartsWith("unknown scheme 'laplacian-mixd-soc'; valid: laplacian-mixed-soc, "));
   // Well-formed, but not in the tables: no Laplacian has first-order consistency.

@@ -88,7 +88,8 @@ struct Operator {
 /// Cost, with m = unknowns(scheme, d): O(m^2) per neighbour and O(m^3) per row.
 ///
 /// @throws InvalidInput  if `scheme` is not one of schemes(), sizes disagree, a row or the number of
-///   threads is out of range, or there would be more than 2^31 - 1 entries
+///   threads is out of range, a support is so large that 1/h or 1/h^2 is below a double, or there would
+///   be more than 2^31 - 1 entries
 /// @throws StencilError  for the first degenerate row (policy Fail), naming the point, its neighbour
 ///   count and the reciprocal condition number
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <complex>
+#include <string>
 #include <vector>
 
 #include "gradpsi/assemble.hpp"
@@ -9,6 +10,27 @@
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
+
+/// Points whose nearest neighbour is nearer than this part of the usual distance are worth a warning.
+inline constexpr double much_closer = 0.01;
+
+/// So are coordinates whose rounding is this part of the usual distance or more.
+inline constexpr double much_rounded = 1e-6;
+
+/// What about the points deserves a warning, a sentence each; mostly nothing. "Usual" is the median of
+/// nearest_distances(), which is what this costs, where supports differ in units of the support; points
+/// without neighbours do not count.
+///
+/// - Pairs much closer than is usual. Weights that grow like 1/r or 1/r^2 (diffuse) are dominated by them,
+///   and explicit time steps are limited.
+/// - Coordinates so far from the origin that they have lost digits: they are rounded by eps |x|, which
+///   moves points by the part eps |x| / dx of their distance. A first derivative is off by up to that part of
+///   |grad u|, a Laplacian by that part of |grad u| / dx. What is computed from them does not lose more,
+///   since only differences enter.
+///
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if `near` belongs to another number of points or `threads` is out of range
+std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads = 0);
 
 /// What an operator's entries tell about each of its n rows. With q = 1 for gradients, 2 for Laplacians,
 /// P = degree(scheme), K = max(P, q) + 2, and dx_i = volume_i^(1/d); of a gradient's axes the worst counts.

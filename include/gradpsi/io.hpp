@@ -77,10 +77,13 @@ void write_matrix_market(const std::vector<std::filesystem::path>& files,
                          const std::vector<SparseMatrix>& matrices);
 
 /// Reads a Matrix Market file: `matrix coordinate`, real, integer or pattern (all ones), general,
-/// symmetric or skew-symmetric (both triangles are filled); columns ascend.
+/// symmetric or skew-symmetric (both triangles are filled); columns ascend. Memory is taken for rows
+/// and for entries that are there, so rows beyond ten million must have an entry in ten of them, on
+/// average; columns cost nothing.
 /// @throws InvalidInput  naming file and line: another format, a number that is none or not finite, an
-///   index out of range, an entry on the wrong side of a symmetric matrix, fewer or more entries than
-///   announced, more than 2^31 - 1; naming the entry: one that is there twice
+///   index out of range, an entry on the wrong side of a symmetric matrix, more entries than announced or
+///   than 2^31 - 1, too many rows for them; naming the file: fewer entries than announced; naming the
+///   entry: one that is there twice
 /// @throws std::system_error  if the file cannot be read
 SparseMatrix read_matrix_market(const std::filesystem::path& file);
 
