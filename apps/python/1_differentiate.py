@@ -50,7 +50,7 @@ some = front[:: max(1, len(front) // 260)]
 left.quiver(
     y[some], -x[some], gradient[some, 1], -gradient[some, 0], angles="xy", width=0.0018, alpha=0.8
 )
-left.set(aspect="equal", xlabel="y", ylabel="-x", title="u on the front faces, and its gradient (soc)")
+left.set(aspect="equal", xlabel="y", ylabel="-x", title="u on the front faces, its gradient (soc)")
 figure.colorbar(image, ax=left, label="u", shrink=0.9)
 
 share = np.arange(1, len(cloud) + 1) / len(cloud)

@@ -54,7 +54,12 @@ for step in range(1, round(times[-1] / dt) + 1):
             fields[t] = u
 print(f"{heat.solver.description}: {heat.solver.reason}")
 steady = gradpsi.ImplicitDiffusion(
-    cloud, laplacian, time_step=np.inf, fixed=held, fixed_values=np.ones(len(held)), walls=conditions
+    cloud,
+    laplacian,
+    time_step=np.inf,
+    fixed=held,
+    fixed_values=np.ones(len(held)),
+    walls=conditions,
 )
 fields[np.inf] = steady.step(u)
 
@@ -101,7 +106,11 @@ for (t, field), color in zip(fields.items(), colors):
     right.plot(s, known(s, t), color=color, linewidth=0.8)
 right.plot([], [], color="gray", linewidth=0.8, label="exact")
 right.set(
-    xlabel="x", ylabel="u", xlim=(0, 1), ylim=(0, 1.02), title=f"All {len(cloud)} points, steps of {dt:g}"
+    xlabel="x",
+    ylabel="u",
+    xlim=(0, 1),
+    ylim=(0, 1.02),
+    title=f"All {len(cloud)} points, steps of {dt:g}",
 )
 right.grid(alpha=0.3)
 right.legend(markerscale=3)

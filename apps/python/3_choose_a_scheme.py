@@ -1,6 +1,6 @@
 """Which Laplacian? Accuracy against cost, and whether solutions of the heat equation grow.
 
-    python3 apps/python/3_choose_a_scheme.py FOLDER       (default: here) writes 3_choose_a_scheme.png
+    python3 apps/python/3_choose_a_scheme.py FOLDER    (default: here) writes 3_choose_a_scheme.png
 
 The cells (# %%) can be run one by one in an editor that knows them.
 """
@@ -42,7 +42,8 @@ for scheme in gradpsi.schemes():
         op = gradpsi.assemble(scheme, cloud, near, on_degenerate="widen")
         error = (op.matrix @ u - exact)[free]
         spectrum = gradpsi.spectrum(op.matrix[free][:, free], op.volumes[free])
-        results.append((scheme, ratio, op, np.sqrt(np.mean(error**2)) / np.abs(exact).max(), spectrum))
+        relative = np.sqrt(np.mean(error**2)) / np.abs(exact).max()
+        results.append((scheme, ratio, op, relative, spectrum))
 
 # %% What to take
 print("scheme                       h/dx  entries/row    error  grows  largest dt of RK4 / dx^2")
@@ -70,7 +71,7 @@ for name, (color, marker) in families.items():
             linestyle="none",
             label=f"{name} (degree {mine[0][0].degree})" if stable else None,
         )
-left.loglog([], [], "o", color="gray", markerfacecolor="none", linestyle="none", label="hollow: solutions grow")
+left.loglog([], [], "o", color="gray", markerfacecolor="none", label="hollow: solutions grow")
 left.set(
     xlabel="entries a row: the cost of a product",
     ylabel="error of the Laplacian, RMS / largest",

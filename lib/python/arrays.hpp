@@ -100,8 +100,8 @@ py::array_t<T> view(const Eigen::Matrix<T, Eigen::Dynamic, 1>& x, const py::obje
   return view(x.data(), x.size(), owner);
 }
 
-/// A scipy.sparse.csr_matrix over the memory of a compressed matrix that `owner` keeps alive. Its values
-/// may be written; its pattern, which the library relies on, may not.
+/// A scipy.sparse.csr_matrix over the memory of a compressed matrix that `owner` keeps alive. Its
+/// values may be written; its pattern, which the library relies on, may not.
 py::object csr(const SparseMatrix& A, const py::object& owner);
 /// One that owns its memory.
 py::object csr(SparseMatrix&& A);

@@ -82,7 +82,8 @@ find_neighbours(); distinct_points() finds them beforehand.)")
             return without_gil([&] { return cloud.spacing(threads); });
           },
           py::arg("threads") = 0,
-          R"((mean volume)^(1/d) with volumes, else the median distance to the nearest neighbour (a length).
+          R"((mean volume)^(1/d) with volumes, else the median distance to the nearest neighbour
+(a length).
 
 threads 0: as many as OpenMP offers. O(n log n).
 Raises InvalidInput without volumes and with fewer than two points, or if most coincide.)");
@@ -113,10 +114,11 @@ Raises InvalidInput naming file and line, OSError if the file cannot be read.)")
       py::arg("points_per_side"), py::kw_only(), py::arg("dimension") = 2, py::arg("lower") = 0.0,
       py::arg("upper") = 1.0, py::arg("jitter") = 0.0, py::arg("seed") = 1,
       py::arg("periodic") = false,
-      R"(Points at the centres of equal cells of [lower, upper]^d, with volumes; last coordinate fastest.
+      R"(Points at the centres of equal cells of [lower, upper]^d, with volumes; last coordinate
+fastest.
 
-jitter: each coordinate moves by up to +-jitter cells, uniformly; the same seed gives the same points on
-every platform. periodic: in all directions, which needs lower = 0.
+jitter: each coordinate moves by up to +-jitter cells, uniformly; the same seed gives the same
+  points on every platform. periodic: in all directions, which needs lower = 0.
 Raises InvalidInput if a number is out of range.)");
   m.def(
       "distinct_points",
@@ -125,9 +127,11 @@ Raises InvalidInput if a number is out of range.)");
         return py::array_t<int>(static_cast<py::ssize_t>(points.size()), points.data());
       },
       py::arg("cloud"),
-      R"(Indices of the points that remain, ascending, when all but the first of coincident ones are dropped.
+      R"(Indices of the points that remain, ascending, when all but the first of coincident ones
+are dropped.
 
-cloud.positions[distinct_points(cloud)] are then positions that find_neighbours() accepts. O(n log n).)");
+cloud.positions[distinct_points(cloud)] are then positions that find_neighbours() accepts. O(n
+log n).)");
   m.def(
       "reorder",
       [](const Cloud& cloud, int threads) {
@@ -137,10 +141,11 @@ cloud.positions[distinct_points(cloud)] are then positions that find_neighbours(
             py::array_t<int>(static_cast<py::ssize_t>(order.size()), order.data()));
       },
       py::arg("cloud"), py::arg("threads") = 0,
-      R"(A cloud whose points are near in memory where they are near in space, and their former indices.
+      R"(A cloud whose points are near in memory where they are near in space, and their former
+indices.
 
-Point k of the new cloud is point order[k] of the old one; a field goes along by u[order]. Products with
-matrices of points in random order take several times as long. O(n log n).)");
+Point k of the new cloud is point order[k] of the old one; a field goes along by u[order].
+Products with matrices of points in random order take several times as long. O(n log n).)");
 }
 
 }  // namespace
@@ -150,8 +155,10 @@ void bind_cloud(py::module_& m) {
 
   py::class_<Neighbours>(m, "Neighbours", R"(Who is within whose support, as compressed rows.
 
-The neighbours of point i are indices[offsets[i]:offsets[i + 1]], ascending, i itself not among them.
-Made by find_neighbours(); len(near) is the number of points. All arrays are read-only, not copies.)")
+The neighbours of point i are indices[offsets[i]:offsets[i + 1]], ascending, i itself not among
+them.
+Made by find_neighbours(); len(near) is the number of points. All arrays are read-only, not
+copies.)")
       .def("__len__", &Neighbours::size)
       .def("__repr__",
            [](const Neighbours& near) {
@@ -172,14 +179,17 @@ Made by find_neighbours(); len(near) is the number of points. All arrays are rea
           "order", &member_view<&Neighbours::order>,
           "The order in which rows are worked on: near points close to one another");
 
-  m.def(
-      "find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"), py::arg("threads") = 0,
-      R"(For each point all others nearer than its support, shortest images counting in periodic directions.
+  m.def("find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"),
+        py::arg("threads") = 0,
+        R"(For each point all others nearer than its support, shortest images counting in periodic
+directions.
 
-support: h > 0 (a length), or n of them, one a point; in periodic directions at most half the box.
-threads 0: as many as OpenMP offers; the result does not depend on it. O(n log n) and O(neighbours).
-Raises InvalidInput if a support is out of range, points coincide (the first pair is named), most points
-have no neighbour, or there would be more than 2^31 - 1 entries.)");
+support: h > 0 (a length), or n of them, one a point; in periodic directions at most half the
+  box.
+threads 0: as many as OpenMP offers; the result does not depend on it. O(n log n) and
+  O(neighbours).
+Raises InvalidInput if a support is out of range, points coincide (the first pair is named),
+most points have no neighbour, or there would be more than 2^31 - 1 entries.)");
   m.def(
       "nearest_distances",
       [](const Cloud& cloud, int threads) {
@@ -197,9 +207,11 @@ have no neighbour, or there would be more than 2^31 - 1 entries.)");
       },
       py::arg("cloud"), py::arg("near"), py::arg("kernel") = kernels().front().name,
       py::arg("threads") = 0,
-      R"(Volumes by number density, 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
+      R"(Volumes by number density, 1 / sum_j W_ij, j = i included, with row i's support (n,
+length^d).
 
-Raises InvalidInput if `near` belongs to another number of points, or a volume is beyond a double.)");
+Raises InvalidInput if `near` belongs to another number of points, or a volume is beyond a
+double.)");
 }
 
 }  // namespace gradpsi::python

@@ -42,7 +42,8 @@ With q = 1 for gradients, 2 for Laplacians, P the scheme's degree, K = max(P, q)
         return without_gil([&] { return diagnose(one, cloud, op); });
       },
       py::arg("scheme"), py::arg("cloud"), py::arg("op"),
-      R"(What the entries of `op`, all n rows of `scheme` on `cloud`, tell about each row: a RowDiagnosis.
+      R"(What the entries of `op`, all n rows of `scheme` on `cloud`, tell about each row: a
+RowDiagnosis.
 
 Raises InvalidInput if sizes disagree.)");
   m.def(
@@ -55,8 +56,9 @@ Raises InvalidInput if sizes disagree.)");
       py::arg("rows"), py::arg("derivatives"),
       R"(A bound of the error at each point (n), by Taylor's theorem.
 
-derivatives: n x (K + 2), or K + 2 for all points: bounds of |D^k u|, k = 0 .. K + 1, the Frobenius norm of all
-  derivatives of order k, on the lines to the neighbours; |wave vector|^k for a wave.
+derivatives: n x (K + 2), or K + 2 for all points: bounds of |D^k u|, k = 0 .. K + 1, the
+  Frobenius norm of all derivatives of order k, on the lines to the neighbours; |wave vector|^k
+  for a wave.
 Raises InvalidInput if it has another shape.)");
 }
 
@@ -102,10 +104,11 @@ void bind_matrices(py::module_& m) {
         return without_gil([&] { return forecast(cloud, A, evolving, omega); });
       },
       py::arg("cloud"), py::arg("laplacian"), py::arg("points"), py::arg("volumes"),
-      R"(Whether solutions of du/dt = nu A u grow, told from the rows that are worst: a Forecast.
+      R"(Whether solutions of du/dt = nu A u grow, told from the rows that are worst: a
+Forecast.
 
-laplacian: n x n, of the cloud's points. points: those that evolve, ascending indices or a mask; the others are
-fixed. volumes: n, those of the operator.)");
+laplacian: n x n, of the cloud's points. points: those that evolve, ascending indices or a mask;
+  the others are fixed. volumes: n, those of the operator.)");
 }
 
 void bind_spectrum(py::module_& m) {
@@ -131,8 +134,10 @@ void bind_spectrum(py::module_& m) {
       py::arg("matrix"), py::arg("volumes") = py::none(), py::kw_only(),
       py::arg("complete_below") = 2000, R"(Eigenvalues of a scipy.sparse matrix: a Spectrum.
 
-Up to complete_below rows (at least 100) all of them, O(n^3); else the rightmost and the leftmost, to 1e-7 of their distance.
-volumes: n: a matrix that is symmetric after scaling by them is treated as such, faster and more accurately.
+Up to complete_below rows (at least 100) all of them, O(n^3); else the rightmost and the
+leftmost, to 1e-7 of their distance.
+volumes: n: a matrix that is symmetric after scaling by them is treated as such, faster and more
+  accurately.
 Of points that are not fixed: spectrum(A[free][:, free], volumes[free]).
 Raises SolverError if the iteration does not converge.)");
   m.def(

@@ -46,9 +46,11 @@ Raises InvalidInput naming file and line, OSError if the file cannot be read.)")
         without_gil([&] { write_csv(file, table); });
       },
       py::arg("file"), py::arg("columns"),
-      R"(Writes columns of equal length, arrays by name, with the fewest digits that give the same doubles again.
+      R"(Writes columns of equal length, arrays by name, with the fewest digits that give the
+same doubles again.
 
-Written beside its place and renamed when complete, as all files are: after an error the old one is still there.
+Written beside its place and renamed when complete, as all files are: after an error the old one
+is still there.
 Raises InvalidInput if lengths differ, OSError if the file cannot be written.)");
   m.def(
       "write_vtu",
@@ -72,10 +74,12 @@ Raises InvalidInput if a field has another length or the name of a coordinate, O
       "read_matrix_market",
       [](const path& file) { return csr(without_gil([&] { return read_matrix_market(file); })); },
       py::arg("file"),
-      R"(The matrix of a Matrix Market file, a scipy.sparse.csr_matrix, symmetric ones with both triangles.
+      R"(The matrix of a Matrix Market file, a scipy.sparse.csr_matrix, symmetric ones with both
+triangles.
 
-Raises InvalidInput naming file and line, also for what other readers let pass: fewer or more entries than
-announced, an entry twice, a number that is not finite; OSError if the file cannot be read.)");
+Raises InvalidInput naming file and line, also for what other readers let pass: fewer or more
+entries than announced, an entry twice, a number that is not finite; OSError if the file cannot
+be read.)");
   m.def(
       "write_matrix_market",
       [](const path& file, const SparseLike& matrix) {
@@ -83,9 +87,11 @@ announced, an entry twice, a number that is not finite; OSError if the file cann
         without_gil([&] { write_matrix_market(file, A); });
       },
       py::arg("file"), py::arg("matrix"),
-      R"(Writes a scipy.sparse matrix as Matrix Market, coordinate real general, explicit zeros included.
+      R"(Writes a scipy.sparse matrix as Matrix Market, coordinate real general, explicit zeros
+included.
 
-Digits are the fewest that give the same doubles again. Raises OSError if the file cannot be written.)");
+Digits are the fewest that give the same doubles again. Raises OSError if the file cannot be
+written.)");
 }
 
 }  // namespace gradpsi::python

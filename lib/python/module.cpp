@@ -41,9 +41,10 @@ py::object exception(py::module_& m, const char* name, PyObject* base, const cha
 void bind_errors(py::module_& m) {
   py::register_exception<InvalidInput>(m, "InvalidInput", PyExc_ValueError).attr("__doc__") =
       "The caller's or the file's mistake: the message says what was expected and what came.";
-  stencil_error = exception(
-      m, "StencilError", PyExc_RuntimeError,
-      R"(A point whose row cannot be computed: its moment system is singular, or it has no neighbour.
+  stencil_error =
+      exception(m, "StencilError", PyExc_RuntimeError,
+                R"(A point whose row cannot be computed: its moment system is singular, or it has no
+neighbour.
 
 Attributes: point; neighbours, without the point itself; reciprocal_condition, see RowReport.)");
   solver_error = exception(

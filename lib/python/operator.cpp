@@ -132,12 +132,14 @@ All arrays are read-only and not copies: reassemble() changes what they show.)")
 }
 
 constexpr auto assemble_doc =
-    R"(The derivative operator of a scheme, or of several from one pass over the points (a list then).
+    R"(The derivative operator of a scheme, or of several from one pass over the points (a list
+then).
 
-Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i); the diagonal is minus the sum of the others, so
-rows sum to zero. Matrices are n x n, with the pattern of `near` plus the diagonal. Gradient entries are in
-1/length, Laplacian entries in 1/length^2. With one support, zoc Laplacians are symmetric after scaling by
-volume and, but for direct, negative semi-definite; corrected matrices are neither.
+Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i); the diagonal is minus the sum of the
+others, so rows sum to zero. Matrices are n x n, with the pattern of `near` plus the diagonal.
+Gradient entries are in 1/length, Laplacian entries in 1/length^2. With one support, zoc
+Laplacians are symmetric after scaling by volume and, but for direct, negative semi-definite;
+corrected matrices are neither.
 
 scheme: a Scheme, its name, or a sequence of those.
 kernel: one of kernels().
@@ -145,16 +147,18 @@ on_degenerate: what happens to rows that cannot be solved: "fail" (StencilError)
   consistency, "widen" their support up to three times, leave them "zero". Operator.rows tells.
 rows: assemble these points' rows only, in this order (indices or a mask); None: all.
 threads: 0: as many as OpenMP offers; the result does not depend on it.
-Raises InvalidInput if there is no such scheme or kernel, sizes disagree or a number is out of range;
-StencilError for the first degenerate row (policy "fail").)";
+Raises InvalidInput if there is no such scheme or kernel, sizes disagree or a number is out of
+range; StencilError for the first degenerate row (policy "fail").)";
 
 constexpr auto reassemble_doc =
-    R"(Puts new values in the place of those of `op`, which assemble() made with the same neighbours and rows.
+    R"(Puts new values in the place of those of `op`, which assemble() made with the same
+neighbours and rows.
 
-For points that have moved within one neighbour list, or another scheme for the same derivative. Matrices
-and arrays that were taken from `op` before show the new values.
-Raises what assemble() raises; InvalidInput also if `op` has another pattern, or if the pattern depends on
-the values (laplacian-positive, policy "widen"). After a StencilError `op` holds what could be computed.)";
+For points that have moved within one neighbour list, or another scheme for the same derivative.
+Matrices and arrays that were taken from `op` before show the new values.
+Raises what assemble() raises; InvalidInput also if `op` has another pattern, or if the pattern
+depends on the values (laplacian-positive, policy "widen"). After a StencilError `op` holds what
+could be computed.)";
 
 }  // namespace
 
@@ -164,9 +168,10 @@ void bind_operator(py::module_& m) {
   py::class_<Operator>(m, "Operator",
                        R"(A derivative as sparse matrices, and how its rows came about.
 
-The matrices are scipy's, over memory that they share with this object and keep alive: nothing is copied, and
-asking twice gives two matrices over the same memory. Their values (A.data) may be changed, which is seen
-here as well; their pattern (A.indices, A.indptr) is read-only, A.copy() is free of that.)")
+The matrices are scipy's, over memory that they share with this object and keep alive: nothing
+is copied, and asking twice gives two matrices over the same memory. Their values (A.data) may
+be changed, which is seen here as well; their pattern (A.indices, A.indptr) is read-only,
+A.copy() is free of that.)")
       .def_property_readonly(
           "axes", &axes,
           "scipy.sparse.csr_matrix d/dx, d/dy, d/dz (d of them); of a Laplacian: one")
@@ -190,10 +195,11 @@ here as well; their pattern (A.indices, A.indptr) is read-only, A.copy() is free
         py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
         reassemble_doc);
   m.def("multiply", &product, py::arg("op"), py::arg("u"), py::arg("threads") = 0,
-        R"(The derivative of u (n) by threads and vector code: the same as op.matrix @ u, faster.
+        R"(The derivative of u (n) by threads and vector code: the same as op.matrix @ u,
+faster.
 
-A Laplacian takes n x k, too, for k fields at once; a gradient gives n x d (in 1D n), all its axes together. Bitwise the
-same with any number of threads (0: as many as OpenMP offers).
+A Laplacian takes n x k, too, for k fields at once; a gradient gives n x d (in 1D n), all its
+axes together. Bitwise the same with any number of threads (0: as many as OpenMP offers).
 Raises InvalidInput if sizes disagree.)");
   m.def(
       "with_conductivity",
@@ -204,7 +210,8 @@ Raises InvalidInput if sizes disagree.)");
         return without_gil([&] { return with_conductivity(laplacian, kappa, of_two); });
       },
       py::arg("laplacian"), py::arg("conductivity"), py::arg("mean") = "arithmetic",
-      R"(A new operator, div(kappa grad u): the Laplacian's entries times the mean of kappa_i and kappa_j.
+      R"(A new operator, div(kappa grad u): the Laplacian's entries times the mean of kappa_i
+and kappa_j.
 
 conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic" for jumps.
 Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");

@@ -35,11 +35,13 @@ void bind_scheme(py::module_& m) {
         "Kernels of one's own are left to C++: a Python function called for each pair of\n"
         "neighbours would be slow and would hold the GIL.");
   m.def("kernel_values", &kernel_values, py::arg("kernel"), py::arg("dimension"),
-        py::arg("support"), py::arg("r"), R"(W, W'/r and W'' of a kernel, three arrays as long as r.
+        py::arg("support"), py::arg("r"), R"(W, W'/r and W'' of a kernel, three arrays as long
+as r.
 
 dimension: 1, 2 or 3; support: h > 0, the radius beyond which W is zero; r: n distances >= 0.
 W is in 1/length^d, the other two in 1/length^(d+2).
-Raises InvalidInput if there is no such kernel, listing those there are, or a number is out of range.)");
+Raises InvalidInput if there is no such kernel, listing those there are, or a number is out of
+range.)");
 
   py::class_<Scheme>(m, "Scheme",
                      R"(A derivative as weighted sums over the neighbours: a row of schemes().

@@ -110,13 +110,14 @@ py::array step(Diffusion& diffusion, const ArrayLike& u) {
 
 void bind_reports(py::module_& m) {
   py::class_<SolverOptions>(m, "SolverOptions", "How a linear system is to be solved.")
-      .def(
-          py::init(&solver_options), py::kw_only(), py::arg("method") = "auto",
-          py::arg("tolerance") = SolverOptions().tolerance,
-          py::arg("max_iterations") = SolverOptions().max_iterations,
-          py::arg("ordering") = "coordinates", py::arg("memory") = 0.0, py::arg("threads") = 0,
-          R"(method: "auto" looks at the matrix; "cholesky" for symmetric positive definite ones, "lu", "krylov".
-tolerance: largest relative residual |b - A x| / |b|, 0 to 1. max_iterations: for each right-hand side.
+      .def(py::init(&solver_options), py::kw_only(), py::arg("method") = "auto",
+           py::arg("tolerance") = SolverOptions().tolerance,
+           py::arg("max_iterations") = SolverOptions().max_iterations,
+           py::arg("ordering") = "coordinates", py::arg("memory") = 0.0, py::arg("threads") = 0,
+           R"(method: "auto" looks at the matrix; "cholesky" for symmetric positive definite
+  ones, "lu", "krylov".
+tolerance: largest relative residual |b - A x| / |b|, 0 to 1. max_iterations: for each
+  right-hand side.
 ordering: in which a factorisation eliminates: "coordinates" (of the cloud), "amd", "metis".
 memory: bytes that a factorisation may take; 0: three quarters of the machine's.
 threads: 0: as many as OpenMP offers.
@@ -159,23 +160,25 @@ void bind_linear(py::module_& m) {
   py::class_<Linear>(m, "LinearSolver",
                      R"(Solves A x = b for many b: the matrix is looked at and factorised once.
 
-A symmetric positive definite matrix goes to Cholesky, another to LU or BiCGSTAB; `report` tells what was
-chosen and why. Threads that solve with the same object take turns.)")
+A symmetric positive definite matrix goes to Cholesky, another to LU or BiCGSTAB; `report` tells
+what was chosen and why. Threads that solve with the same object take turns.)")
       .def(py::init(&linear_solver), py::arg("matrix"), py::arg("options") = SolverOptions(),
            py::arg("cloud") = py::none(), py::arg("walls") = py::none(),
            R"(matrix: n x n, a scipy.sparse matrix (of any format; copied).
 options: SolverOptions.
-cloud: the points of the rows: their coordinates give the order of elimination, their volumes scale rows that
-  are tried for symmetry.
-walls: rows that hold a boundary condition rather than the equation of the others (indices or a mask).
-Raises InvalidInput if sizes disagree, an entry is not finite, a row has only zeros, or Cholesky is asked for
-and the matrix is not symmetric; SolverError if it is singular, or not positive definite for Cholesky.)")
+cloud: the points of the rows: their coordinates give the order of elimination, their volumes
+  scale rows that are tried for symmetry.
+walls: rows that hold a boundary condition rather than the equation of the others (indices or a
+  mask).
+Raises InvalidInput if sizes disagree, an entry is not finite, a row has only zeros, or Cholesky
+is asked for and the matrix is not symmetric; SolverError if it is singular, or not positive
+definite for Cholesky.)")
       .def("solve", &solve, py::arg("b"), py::arg("guess") = py::none(),
            R"(x, of the shape of b: n, or n x k for k right-hand sides.
 
 guess: where iterations start from, in the same shape; None: zero.
-Raises InvalidInput if sizes disagree or a number is not finite; SolverError if the residual stays above the
-tolerance and above what rounding allows.)")
+Raises InvalidInput if sizes disagree or a number is not finite; SolverError if the residual
+stays above the tolerance and above what rounding allows.)")
       .def(
           "refactor",
           [](Linear& linear, const SparseLike& matrix) {
@@ -183,10 +186,11 @@ tolerance and above what rounding allows.)")
             linear.use([&](LinearSolver& solver) { solver.refactor(std::move(A)); });
           },
           py::arg("matrix"),
-          R"(Other values in the same pattern; the symbolic analysis is kept where the method remains.
+          R"(Other values in the same pattern; the symbolic analysis is kept where the method
+remains.
 
-Raises what the constructor raises, after which there is nothing to solve with until another refactor();
-InvalidInput if the pattern differs, and all is as before.)")
+Raises what the constructor raises, after which there is nothing to solve with until another
+refactor(); InvalidInput if the pattern differs, and all is as before.)")
       .def_property_readonly(
           "report",
           [](Linear& linear) {
@@ -205,18 +209,20 @@ void bind_diffusion(py::module_& m) {
       .def(py::init(&wall_conditions), py::arg("points"), py::arg("normals"), py::arg("gradient"),
            py::arg("flux") = py::none(), py::arg("transfer") = py::none(),
            R"(points: m indices or a mask, none of them fixed.
-normals: m x d (m in one dimension), not 0, outward by convention; their length, usually 1, multiplies grad u.
+normals: m x d (m in one dimension), not 0, outward by convention; their length, usually 1,
+  multiplies grad u.
 gradient: an Operator assembled with rows=points; copied.
 flux: m numbers; None: 0. transfer: m numbers >= 0 (1/length); None: 0.
 Raises InvalidInput if a shape or a point is wrong; ImplicitDiffusion checks the rest.)");
 
-  py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta method:
+  py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
+method:
 
     (I/dt - theta nu Psi) u_new = (I/dt + (1 - theta) nu Psi) u + f
 
-with a Laplacian's matrix Psi, at points without a condition. Near the edge of an open cloud without any, zoc
-schemes imply zero flux. The matrix is factorised once; step() then costs a solve. Threads that step with the
-same object take turns.)")
+with a Laplacian's matrix Psi, at points without a condition. Near the edge of an open cloud
+without any, zoc schemes imply zero flux. The matrix is factorised once; step() then costs a
+solve. Threads that step with the same object take turns.)")
       .def(py::init(&implicit_diffusion), py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
            py::arg("time_step"), py::arg("diffusivity") = DiffusionOptions().diffusivity,
            py::arg("theta") = DiffusionOptions().theta, py::arg("source") = py::none(),
@@ -227,17 +233,17 @@ time_step: dt > 0; math.inf: the steady problem, solved by a single step from an
 diffusivity: nu >= 0, length^2/time.
 theta: 1: backward Euler, 0.5: Crank-Nicolson; 0.5 to 1.
 source: f, n numbers; None: 0.
-fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order of the indices
-  (of a mask: ascending); None: each keeps the value that it has in u.
+fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order
+  of the indices (of a mask: ascending); None: each keeps the value that it has in u.
 walls: WallConditions. solver: SolverOptions.
-Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions; SolverError if
-the system is singular.)")
-      .def(
-          "step", &step, py::arg("u"),
-          R"(u one step later, a new array; the argument (n, or n x k for k fields at once) remains what it is.
+Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions;
+SolverError if the system is singular.)")
+      .def("step", &step, py::arg("u"),
+           R"(u one step later, a new array; the argument (n, or n x k for k fields at once)
+remains what it is.
 
-Raises InvalidInput if the size is wrong or a value is not finite (names the point); SolverError if the
-residual stays above the tolerance.)")
+Raises InvalidInput if the size is wrong or a value is not finite (names the point); SolverError
+if the residual stays above the tolerance.)")
       .def(
           "set_time_step",
           [](Diffusion& diffusion, double time_step) {

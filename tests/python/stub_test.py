@@ -1,4 +1,4 @@
-"""The type hints say what the module has: names, arguments and defaults, either way; all is documented."""
+"""The type hints say what the module has: names, arguments and defaults; all is documented."""
 
 import ast
 import inspect
