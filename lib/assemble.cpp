@@ -805,10 +805,13 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   check(scheme, cloud, near, options);
   const Rows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
-  if (cloud.has_volumes())
+  if (cloud.has_volumes()) {
     op.volumes = cloud.volumes();
-  else
-    op.volumes = number_density_volumes(cloud, near, options.kernel, options.threads);
+  } else {
+    const Eigen::VectorXd volumes =
+        number_density_volumes(cloud, near, options.kernel, options.threads);
+    op.volumes = volumes;  // copied, not moved: others may have views of the numbers that are there
+  }
   fill(&simd(), {{&scheme, &op}}, cloud, near, op.volumes, rows, options);
   finish(scheme, cloud, rows, options, op);
 }

@@ -427,6 +427,7 @@ void Table::set(std::string_view name, const Eigen::VectorXd& column) {
 
 void Table::add(const std::string& name, const Eigen::VectorXd& column) {
   if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
+  if (names.empty()) values.resize(column.size(), 0);
   check_length(name, column, *this);
   names.push_back(name);
   values.conservativeResize(Eigen::NoChange, values.cols() + 1);

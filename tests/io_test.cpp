@@ -349,6 +349,14 @@ TEST_F(Write, VtuNeedsAPositionAndHoldsTheFields) {
   EXPECT_THAT(text, testing::Not(HasSubstr("Name=\"x\"")));
 }
 
+TEST(Table, TheFirstColumnGivesTheLength) {
+  Table table;
+  table.add("x", Eigen::Vector2d(1, 2));
+  table.add("y", Eigen::Vector2d(3, 4));
+  EXPECT_EQ(table.values, (Eigen::Matrix2d() << 1, 3, 2, 4).finished());
+  EXPECT_THROW(table.add("z", Eigen::Vector3d(1, 2, 3)), InvalidInput);
+}
+
 TEST(Table, ColumnsAreAddedAndRowsSelected) {
   Table table{{"x"}, Eigen::Vector3d(1, 2, 3)};
   table.add("T", Eigen::Vector3d(4, 5, 6));

@@ -69,6 +69,8 @@ class Readme(unittest.TestCase):
         root = Path(__file__).parent.parent
         for example in (root / "apps" / "examples").glob("*.cpp"):
             self.assertIn("```cpp\n" + example.read_text() + "```\n", (root / "README.md").read_text())
+        example = root / "apps" / "python" / "example.py"
+        self.assertIn("```python\n" + example.read_text() + "```\n", (root / "README.md").read_text())
 
     def test_it_names_every_kernel(self):
         done = subprocess.run([PROGRAM, "assemble", "--help"], capture_output=True, text=True)

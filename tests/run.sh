@@ -5,7 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 source apps/dependencies.sh
 install_missing "${gradpsi_packages[@]}" libgtest-dev libgmock-dev libbenchmark-dev python3 \
-  python3-meshio python3-scipy doxygen groff pkg-config
+  python3-meshio python3-scipy python3-pytest python3-matplotlib python3-dev pybind11-dev \
+  doxygen groff pkg-config
 
 for preset in dev asan; do
   cmake --preset $preset

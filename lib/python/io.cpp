@@ -1,0 +1,97 @@
+// Files.
+
+#include <filesystem>
+#include <string>
+
+#include "arrays.hpp"
+
+namespace gradpsi::python {
+namespace {
+
+using std::filesystem::path;
+
+void add_columns(Table& table, const py::dict& columns) {
+  for (const auto& [key, values] : columns) {
+    const auto name = key.cast<std::string>();
+    table.add(name, vector(py::reinterpret_borrow<py::object>(values), name));
+  }
+}
+
+py::dict columns(const path& file) {
+  const Table table = without_gil([&] { return read_csv(file); });
+  py::dict result;
+  for (const std::string& name : table.names) result[name.c_str()] = table.column(name);
+  return result;
+}
+
+Table table_of(const Cloud& cloud) {
+  Table table;
+  const char* const names[] = {"x", "y", "z"};
+  for (int a = 0; a < cloud.dimension(); ++a) table.add(names[a], cloud.positions().col(a));
+  return table;
+}
+
+}  // namespace
+
+void bind_io(py::module_& m) {
+  m.def("read_csv", &columns, py::arg("file"),
+        R"(The columns of a comma-separated file with a header row: arrays by name.
+
+Raises InvalidInput naming file and line, OSError if the file cannot be read.)");
+  m.def(
+      "write_csv",
+      [](const path& file, const py::dict& columns) {
+        Table table;
+        add_columns(table, columns);
+        without_gil([&] { write_csv(file, table); });
+      },
+      py::arg("file"), py::arg("columns"),
+      R"(Writes columns of equal length, arrays by name, with the fewest digits that give the
+same doubles again.
+
+Written beside its place and renamed when complete, as all files are: after an error the old one
+is still there.
+Raises InvalidInput if lengths differ, OSError if the file cannot be written.)");
+  m.def(
+      "write_vtu",
+      [](const path& file, const Cloud& cloud, const py::dict& fields) {
+        Table table = table_of(cloud);
+        add_columns(table, fields);
+        without_gil([&] { write_vtu(file, table); });
+      },
+      py::arg("file"), py::arg("cloud"), py::arg("fields") = py::dict(),
+      R"(Writes points and fields (arrays of n by name) for ParaView, a VTK unstructured grid.
+
+Raises InvalidInput if a field has another length or the name of a coordinate, OSError.)");
+  m.def(
+      "write_pvd",
+      [](const path& file, const std::vector<std::pair<double, path>>& series) {
+        without_gil([&] { write_pvd(file, series); });
+      },
+      py::arg("file"), py::arg("series"),
+      "Writes a ParaView collection: files beside it, each with its time, [(time, file), ...].");
+  m.def(
+      "read_matrix_market",
+      [](const path& file) { return csr(without_gil([&] { return read_matrix_market(file); })); },
+      py::arg("file"),
+      R"(The matrix of a Matrix Market file, a scipy.sparse.csr_matrix, symmetric ones with both
+triangles.
+
+Raises InvalidInput naming file and line, also for what other readers let pass: fewer or more
+entries than announced, an entry twice, a number that is not finite; OSError if the file cannot
+be read.)");
+  m.def(
+      "write_matrix_market",
+      [](const path& file, const SparseLike& matrix) {
+        const SparseMatrix A = sparse(matrix, "matrix");
+        without_gil([&] { write_matrix_market(file, A); });
+      },
+      py::arg("file"), py::arg("matrix"),
+      R"(Writes a scipy.sparse matrix as Matrix Market, coordinate real general, explicit zeros
+included.
+
+Digits are the fewest that give the same doubles again. Raises OSError if the file cannot be
+written.)");
+}
+
+}  // namespace gradpsi::python

@@ -1,0 +1,220 @@
+// Derivatives as matrices.
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+#include "arrays.hpp"
+
+namespace gradpsi::python {
+namespace {
+
+AssemblyOptions assembly_options(const Cloud& cloud, const std::string& kernel_name,
+                                 const std::string& on_degenerate, const ArrayLike& rows,
+                                 int threads) {
+  AssemblyOptions options{.kernel = kernel(kernel_name),
+                          .on_degenerate = choice<OnDegenerate>("on_degenerate", on_degenerate,
+                                                                {{"fail", OnDegenerate::Fail},
+                                                                 {"lower", OnDegenerate::Lower},
+                                                                 {"widen", OnDegenerate::Widen},
+                                                                 {"zero", OnDegenerate::Zero}}),
+                          .threads = threads};
+  if (!rows.is_none()) options.rows = points(rows, "rows", cloud.size());
+  return options;
+}
+
+py::object assemble_one_or_more(const py::object& what, const Cloud& cloud, const Neighbours& near,
+                                const std::string& kernel, const std::string& on_degenerate,
+                                const ArrayLike& rows, int threads) {
+  const AssemblyOptions options = assembly_options(cloud, kernel, on_degenerate, rows, threads);
+  if (py::isinstance<py::str>(what) || !py::isinstance<py::sequence>(what)) {
+    const Scheme one = scheme(what);
+    return py::cast(without_gil([&] { return assemble(one, cloud, near, options); }));
+  }
+  std::vector<Scheme> schemes;
+  for (const py::handle each : what) schemes.push_back(scheme(py::cast<py::object>(each)));
+  return py::cast(without_gil([&] { return assemble(schemes, cloud, near, options); }));
+}
+
+void assemble_again(const SchemeLike& what, const Cloud& cloud, const Neighbours& near,
+                    Operator& op, const std::string& kernel, const std::string& on_degenerate,
+                    const ArrayLike& rows, int threads) {
+  const AssemblyOptions options = assembly_options(cloud, kernel, on_degenerate, rows, threads);
+  const Scheme one = scheme(what);
+  without_gil([&] { reassemble(one, cloud, near, op, options); });
+}
+
+py::list axes(const py::object& self) {
+  py::list matrices;
+  for (const SparseMatrix& axis : self.cast<const Operator&>().axes)
+    matrices.append(csr(axis, self));
+  return matrices;
+}
+
+std::string summary(const Operator& op) {
+  const SparseMatrix& A = op.matrix();
+  const std::string count = op.axes.size() == 1 ? "" : std::to_string(op.axes.size()) + " x ";
+  return "<gradpsi.Operator: " + count + std::to_string(A.rows()) + " x " +
+         std::to_string(A.cols()) + ", " + std::to_string(A.nonZeros()) + " entries>";
+}
+
+py::array product(const Operator& op, const ArrayLike& u, int threads) {
+  Fields fields(u, "u");
+  if (op.axes.size() == 1) {
+    Eigen::MatrixXd result;
+    without_gil([&] { multiply(op.matrix(), fields.values, result, threads); });
+    fields.values = std::move(result);
+    return fields.array();
+  }
+  if (!fields.single)
+    throw InvalidInput("the axes of a gradient are multiplied by one field at a time");
+  Eigen::MatrixXd result;
+  const Eigen::VectorXd field = fields.values.col(0);
+  without_gil([&] { multiply(std::span(op.axes), field, result, threads); });
+  return py::cast(std::move(result));
+}
+
+/// enum.IntEnum, so that members can be compared with arrays of numbers.
+py::object row_outcomes() {
+  py::dict members;
+  for (const RowOutcome outcome :
+       {RowOutcome::AsAsked, RowOutcome::Lowered, RowOutcome::Widened, RowOutcome::Zero}) {
+    std::string its_name(name(outcome));
+    std::ranges::transform(its_name, its_name.begin(),
+                           [](unsigned char c) { return c == '-' ? '_' : std::toupper(c); });
+    members[its_name.c_str()] = static_cast<int>(outcome);
+  }
+  py::object result = py::module_::import("enum").attr("IntEnum")("RowOutcome", members,
+                                                                  py::arg("module") = "gradpsi");
+  result.attr("__doc__") = "What was done with a row: an entry of RowReport.outcome.";
+  return result;
+}
+
+void bind_rows(py::module_& m) {
+  m.attr("RowOutcome") = row_outcomes();
+
+  py::class_<RowReport>(
+      m, "RowReport",
+      R"(How each assembled row came about: entry k belongs to row k of the matrices.
+
+All arrays are read-only and not copies: reassemble() changes what they show.)")
+      .def_property_readonly(
+          "neighbours",
+          [](const py::object& self) {
+            return view(self.cast<const RowReport&>().neighbours, self);
+          },
+          "In the support used, without the point itself")
+      .def_property_readonly(
+          "supports",
+          [](const py::object& self) { return view(self.cast<const RowReport&>().supports, self); },
+          "Used: that of the neighbours, or what it was widened to (lengths)")
+      .def_property_readonly(
+          "reciprocal_condition",
+          [](const py::object& self) {
+            return view(self.cast<const RowReport&>().reciprocal_condition, self);
+          },
+          "Of the row's moment system in units of h, 0 to 1, in the 1-norm; 0: too few neighbours; "
+          "1 for zoc")
+      .def_property_readonly(
+          "outcome",
+          [](const py::object& self) {
+            const auto& outcome = self.cast<const RowReport&>().outcome;
+            return view(reinterpret_cast<const std::uint8_t*>(outcome.data()),
+                        static_cast<Eigen::Index>(outcome.size()), self);
+          },
+          "Numbers of RowOutcome: rows.outcome == gradpsi.RowOutcome.LOWERED")
+      .def_property_readonly(
+          "degree",
+          [](const py::object& self) { return view(self.cast<const RowReport&>().degree, self); },
+          "Of the polynomials that the row differentiates exactly; -1 in a zero row")
+      .def_property_readonly("degenerate", &RowReport::degenerate,
+                             "The number of rows whose outcome is not AS_ASKED");
+}
+
+constexpr auto assemble_doc =
+    R"(The derivative operator of a scheme, or of several from one pass over the points (a list
+then).
+
+Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i); the diagonal is minus the sum of the
+others, so rows sum to zero. Matrices are n x n, with the pattern of `near` plus the diagonal.
+Gradient entries are in 1/length, Laplacian entries in 1/length^2. With one support, zoc
+Laplacians are symmetric after scaling by volume and, but for direct, negative semi-definite;
+corrected matrices are neither.
+
+scheme: a Scheme, its name, or a sequence of those.
+kernel: one of kernels().
+on_degenerate: what happens to rows that cannot be solved: "fail" (StencilError), "lower" their
+  consistency, "widen" their support up to three times, leave them "zero". Operator.rows tells.
+rows: assemble these points' rows only, in this order (indices or a mask); None: all.
+threads: 0: as many as OpenMP offers; the result does not depend on it.
+Raises InvalidInput if there is no such scheme or kernel, sizes disagree or a number is out of
+range; StencilError for the first degenerate row (policy "fail").)";
+
+constexpr auto reassemble_doc =
+    R"(Puts new values in the place of those of `op`, which assemble() made with the same
+neighbours and rows.
+
+For points that have moved within one neighbour list, or another scheme for the same derivative.
+Matrices and arrays that were taken from `op` before show the new values.
+Raises what assemble() raises; InvalidInput also if `op` has another pattern, or if the pattern
+depends on the values (laplacian-positive, policy "widen"). After a StencilError `op` holds what
+could be computed.)";
+
+}  // namespace
+
+void bind_operator(py::module_& m) {
+  bind_rows(m);
+
+  py::class_<Operator>(m, "Operator",
+                       R"(A derivative as sparse matrices, and how its rows came about.
+
+The matrices are scipy's, over memory that they share with this object and keep alive: nothing
+is copied, and asking twice gives two matrices over the same memory. Their values (A.data) may
+be changed, which is seen here as well; their pattern (A.indices, A.indptr) is read-only,
+A.copy() is free of that.)")
+      .def_property_readonly(
+          "axes", &axes,
+          "scipy.sparse.csr_matrix d/dx, d/dy, d/dz (d of them); of a Laplacian: one")
+      .def_property_readonly(
+          "matrix",
+          [](const py::object& self) { return csr(self.cast<const Operator&>().matrix(), self); },
+          "scipy.sparse.csr_matrix: the Laplacian, or d/dx")
+      .def_property_readonly(
+          "volumes",
+          [](const py::object& self) { return view(self.cast<const Operator&>().volumes, self); },
+          "Of all n points, length^d: the cloud's or by number density; read-only, not a copy")
+      .def_readonly("rows", &Operator::rows, "A RowReport")
+      .def("__repr__", &summary);
+
+  m.def("assemble", &assemble_one_or_more, py::arg("scheme"), py::arg("cloud"), py::arg("near"),
+        py::kw_only(), py::arg("kernel") = kernels().front().name,
+        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
+        assemble_doc);
+  m.def("reassemble", &assemble_again, py::arg("scheme"), py::arg("cloud"), py::arg("near"),
+        py::arg("op"), py::kw_only(), py::arg("kernel") = kernels().front().name,
+        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
+        reassemble_doc);
+  m.def("multiply", &product, py::arg("op"), py::arg("u"), py::arg("threads") = 0,
+        R"(The derivative of u (n) by threads and vector code: the same as op.matrix @ u,
+faster.
+
+A Laplacian takes n x k, too, for k fields at once; a gradient gives n x d (in 1D n), all its
+axes together. Bitwise the same with any number of threads (0: as many as OpenMP offers).
+Raises InvalidInput if sizes disagree.)");
+  m.def(
+      "with_conductivity",
+      [](const Operator& laplacian, const ArrayLike& conductivity, const std::string& mean) {
+        const Eigen::VectorXd kappa = vector(conductivity, "conductivity");
+        const auto of_two = choice<Mean>(
+            "mean", mean, {{"arithmetic", Mean::Arithmetic}, {"harmonic", Mean::Harmonic}});
+        return without_gil([&] { return with_conductivity(laplacian, kappa, of_two); });
+      },
+      py::arg("laplacian"), py::arg("conductivity"), py::arg("mean") = "arithmetic",
+      R"(A new operator, div(kappa grad u): the Laplacian's entries times the mean of kappa_i
+and kappa_j.
+
+conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic" for jumps.
+Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");
+}
+
+}  // namespace gradpsi::python

@@ -1,0 +1,273 @@
+// Linear systems, and time steps that need them.
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "arrays.hpp"
+
+namespace gradpsi::python {
+namespace {
+
+/// A solver, used by one thread at a time, and how its latest solve went.
+template <class Solver>
+struct Shared {
+  Solver solver;
+  std::mutex turn = {};
+  std::optional<SolveReport> latest = {};
+
+  /// Calls f(solver) while other Python threads run.
+  template <class F>
+  auto use(F&& f) {
+    const py::gil_scoped_release release;  // first, or who waits for his turn would keep the GIL
+    const std::lock_guard alone(turn);
+    return f(solver);
+  }
+};
+using Linear = Shared<LinearSolver>;
+using Diffusion = Shared<ImplicitDiffusion>;
+
+constexpr std::pair<std::string_view, Ordering> orderings[] = {
+    {"coordinates", Ordering::Coordinates}, {"amd", Ordering::Amd}, {"metis", Ordering::Metis}};
+
+SolverOptions solver_options(const std::string& its_method, double tolerance, int max_iterations,
+                             const std::string& ordering, double memory, int threads) {
+  return {.method = method(its_method),
+          .tolerance = tolerance,
+          .max_iterations = max_iterations,
+          .ordering = choice("ordering", ordering, orderings),
+          .memory = memory,
+          .threads = threads};
+}
+
+std::string_view ordering_name(const SolverOptions& options) {
+  return std::ranges::find(orderings, options.ordering,
+                           &std::pair<std::string_view, Ordering>::second)
+      ->first;
+}
+
+std::unique_ptr<Linear> linear_solver(const SparseLike& matrix, const SolverOptions& options,
+                                      const Cloud* cloud, const ArrayLike& walls) {
+  SparseMatrix A = sparse(matrix, "matrix");
+  SystemPoints system{.walls = points(walls, "walls", static_cast<int>(A.rows()))};
+  if (cloud) system.cloud = *cloud;
+  return without_gil([&] {
+    return std::unique_ptr<Linear>(
+        new Linear{LinearSolver(std::move(A), options, std::move(system))});
+  });
+}
+
+py::array solve(Linear& linear, const ArrayLike& b, const ArrayLike& guess) {
+  const Fields right(b, "b");
+  Fields x = right;
+  x.values.setZero();
+  if (!guess.is_none()) x.values = Fields(guess, "guess").values;
+  linear.latest =
+      linear.use([&](LinearSolver& solver) { return solver.solve(right.values, x.values); });
+  return x.array();
+}
+
+WallConditions wall_conditions(const ArrayLike& where, const ArrayLike& normals,
+                               const Operator& gradient, const ArrayLike& flux,
+                               const ArrayLike& transfer) {
+  WallConditions walls{.points = points(where, "points", static_cast<int>(gradient.axes[0].cols())),
+                       .normals = positions(normals, "normals"),
+                       .gradient = gradient.axes};
+  const auto count = static_cast<Eigen::Index>(walls.points.size());
+  walls.flux = optional_vector(flux, "flux", count);
+  walls.transfer = optional_vector(transfer, "transfer", count);
+  return walls;
+}
+
+std::unique_ptr<Diffusion> implicit_diffusion(const Cloud& cloud, const Operator& laplacian,
+                                              double time_step, double diffusivity, double theta,
+                                              const ArrayLike& source, const ArrayLike& fixed,
+                                              const ArrayLike& fixed_values,
+                                              const WallConditions* walls,
+                                              const SolverOptions& solver) {
+  BoundaryConditions conditions{.fixed = {.points = points(fixed, "fixed", cloud.size())}};
+  conditions.fixed.values = optional_vector(
+      fixed_values, "fixed_values", static_cast<Eigen::Index>(conditions.fixed.points.size()));
+  if (walls) conditions.walls = *walls;
+  const DiffusionOptions options{.diffusivity = diffusivity,
+                                 .time_step = time_step,
+                                 .theta = theta,
+                                 .source = optional_vector(source, "source", cloud.size()),
+                                 .solver = solver};
+  return without_gil([&] {
+    return std::unique_ptr<Diffusion>(
+        new Diffusion{ImplicitDiffusion(cloud, laplacian, conditions, options)});
+  });
+}
+
+py::array step(Diffusion& diffusion, const ArrayLike& u) {
+  Fields fields(u, "u");
+  diffusion.latest =
+      diffusion.use([&](ImplicitDiffusion& heat) { return heat.step(fields.values); });
+  return fields.array();
+}
+
+void bind_reports(py::module_& m) {
+  py::class_<SolverOptions>(m, "SolverOptions", "How a linear system is to be solved.")
+      .def(py::init(&solver_options), py::kw_only(), py::arg("method") = "auto",
+           py::arg("tolerance") = SolverOptions().tolerance,
+           py::arg("max_iterations") = SolverOptions().max_iterations,
+           py::arg("ordering") = "coordinates", py::arg("memory") = 0.0, py::arg("threads") = 0,
+           R"(method: "auto" looks at the matrix; "cholesky" for symmetric positive definite
+  ones, "lu", "krylov".
+tolerance: largest relative residual |b - A x| / |b|, 0 to 1. max_iterations: for each
+  right-hand side.
+ordering: in which a factorisation eliminates: "coordinates" (of the cloud), "amd", "metis".
+memory: bytes that a factorisation may take; 0: three quarters of the machine's.
+threads: 0: as many as OpenMP offers.
+Raises InvalidInput for a name that is not one of these; numbers are checked by the solver.)")
+      .def_property_readonly(
+          "method", [](const SolverOptions& o) { return name(o.method); }, "As given")
+      .def_readonly("tolerance", &SolverOptions::tolerance, "As given")
+      .def_readonly("max_iterations", &SolverOptions::max_iterations, "As given")
+      .def_property_readonly("ordering", &ordering_name, "As given")
+      .def_readonly("memory", &SolverOptions::memory, "Bytes")
+      .def_readonly("threads", &SolverOptions::threads, "As given");
+
+  py::class_<FactorReport>(m, "FactorReport", "What a factorisation took.")
+      .def_readonly("description", &FactorReport::description, "For people")
+      .def_readonly("entries", &FactorReport::entries, "Of L, or of L and U")
+      .def_readonly("flops", &FactorReport::flops, "0: not known")
+      .def_readonly("bytes", &FactorReport::bytes, "Of memory")
+      .def_readonly("analyse_seconds", &FactorReport::analyse_seconds,
+                    "Ordering and symbolic analysis")
+      .def_readonly("factor_seconds", &FactorReport::factor_seconds,
+                    "The latest numerical factorisation");
+  py::class_<SolverReport>(m, "SolverReport", "What a linear system is solved with, and why.")
+      .def_property_readonly(
+          "method", [](const SolverReport& r) { return name(r.method); },
+          "\"cholesky\", \"lu\" or \"krylov\"")
+      .def_readonly("description", &SolverReport::description, "For people")
+      .def_readonly("reason", &SolverReport::reason, "Why this method")
+      .def_readonly("unknowns", &SolverReport::unknowns, "Their number")
+      .def_readonly("factor", &SolverReport::factor,
+                    "A FactorReport; in a Krylov method the preconditioner's, if that is a factor");
+  py::class_<SolveReport>(m, "SolveReport", "How a solve went.")
+      .def_readonly("residual", &SolveReport::residual,
+                    "True relative residual |b - A x| / |b|, the largest of all columns")
+      .def_readonly("iterations", &SolveReport::iterations,
+                    "Of a Krylov method, all columns together; else steps of refinement")
+      .def_readonly("seconds", &SolveReport::seconds, "That it took");
+}
+
+void bind_linear(py::module_& m) {
+  py::class_<Linear>(m, "LinearSolver",
+                     R"(Solves A x = b for many b: the matrix is looked at and factorised once.
+
+A symmetric positive definite matrix goes to Cholesky, another to LU or BiCGSTAB; `report` tells
+what was chosen and why. Threads that solve with the same object take turns.)")
+      .def(py::init(&linear_solver), py::arg("matrix"), py::arg("options") = SolverOptions(),
+           py::arg("cloud") = py::none(), py::arg("walls") = py::none(),
+           R"(matrix: n x n, a scipy.sparse matrix (of any format; copied).
+options: SolverOptions.
+cloud: the points of the rows: their coordinates give the order of elimination, their volumes
+  scale rows that are tried for symmetry.
+walls: rows that hold a boundary condition rather than the equation of the others (indices or a
+  mask).
+Raises InvalidInput if sizes disagree, an entry is not finite, a row has only zeros, or Cholesky
+is asked for and the matrix is not symmetric; SolverError if it is singular, or not positive
+definite for Cholesky.)")
+      .def("solve", &solve, py::arg("b"), py::arg("guess") = py::none(),
+           R"(x, of the shape of b: n, or n x k for k right-hand sides.
+
+guess: where iterations start from, in the same shape; None: zero.
+Raises InvalidInput if sizes disagree or a number is not finite; SolverError if the residual
+stays above the tolerance and above what rounding allows.)")
+      .def(
+          "refactor",
+          [](Linear& linear, const SparseLike& matrix) {
+            SparseMatrix A = sparse(matrix, "matrix");
+            linear.use([&](LinearSolver& solver) { solver.refactor(std::move(A)); });
+          },
+          py::arg("matrix"),
+          R"(Other values in the same pattern; the symbolic analysis is kept where the method
+remains.
+
+Raises what the constructor raises, after which there is nothing to solve with until another
+refactor(); InvalidInput if the pattern differs, and all is as before.)")
+      .def_property_readonly(
+          "report",
+          [](Linear& linear) {
+            return linear.use([](const LinearSolver& solver) { return solver.report(); });
+          },
+          "A SolverReport: what the system is solved with, and why")
+      .def_property_readonly(
+          "latest", [](const Linear& solver) { return solver.latest; },
+          "A SolveReport: how the latest solve() went; None before the first");
+}
+
+void bind_diffusion(py::module_& m) {
+  py::class_<WallConditions>(
+      m, "WallConditions",
+      R"(Points where transfer u + n . grad u = flux holds instead of the equation.)")
+      .def(py::init(&wall_conditions), py::arg("points"), py::arg("normals"), py::arg("gradient"),
+           py::arg("flux") = py::none(), py::arg("transfer") = py::none(),
+           R"(points: m indices or a mask, none of them fixed.
+normals: m x d (m in one dimension), not 0, outward by convention; their length, usually 1,
+  multiplies grad u.
+gradient: an Operator assembled with rows=points; copied.
+flux: m numbers; None: 0. transfer: m numbers >= 0 (1/length); None: 0.
+Raises InvalidInput if a shape or a point is wrong; ImplicitDiffusion checks the rest.)");
+
+  py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
+method:
+
+    (I/dt - theta nu Psi) u_new = (I/dt + (1 - theta) nu Psi) u + f
+
+with a Laplacian's matrix Psi, at points without a condition. Near the edge of an open cloud
+without any, zoc schemes imply zero flux. The matrix is factorised once; step() then costs a
+solve. Threads that step with the same object take turns.)")
+      .def(py::init(&implicit_diffusion), py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
+           py::arg("time_step"), py::arg("diffusivity") = DiffusionOptions().diffusivity,
+           py::arg("theta") = DiffusionOptions().theta, py::arg("source") = py::none(),
+           py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
+           py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(),
+           R"(laplacian: an Operator with all n rows; copied.
+time_step: dt > 0; math.inf: the steady problem, solved by a single step from any u.
+diffusivity: nu >= 0, length^2/time.
+theta: 1: backward Euler, 0.5: Crank-Nicolson; 0.5 to 1.
+source: f, n numbers; None: 0.
+fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order
+  of the indices (of a mask: ascending); None: each keeps the value that it has in u.
+walls: WallConditions. solver: SolverOptions.
+Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions;
+SolverError if the system is singular.)")
+      .def("step", &step, py::arg("u"),
+           R"(u one step later, a new array; the argument (n, or n x k for k fields at once)
+remains what it is.
+
+Raises InvalidInput if the size is wrong or a value is not finite (names the point); SolverError
+if the residual stays above the tolerance.)")
+      .def(
+          "set_time_step",
+          [](Diffusion& diffusion, double time_step) {
+            diffusion.use([&](ImplicitDiffusion& heat) { heat.set_time_step(time_step); });
+          },
+          py::arg("time_step"),
+          "Another time step: the matrix is factorised anew. Raises what the constructor raises.")
+      .def_property_readonly(
+          "solver",
+          [](Diffusion& diffusion) {
+            return diffusion.use([](const ImplicitDiffusion& heat) { return heat.solver(); });
+          },
+          "A SolverReport: what the system is solved with, and why")
+      .def_property_readonly(
+          "latest", [](const Diffusion& solver) { return solver.latest; },
+          "A SolveReport: how the latest step() went; None before the first");
+}
+
+}  // namespace
+
+void bind_solver(py::module_& m) {
+  bind_reports(m);
+  bind_linear(m);
+  bind_diffusion(m);
+}
+
+}  // namespace gradpsi::python
