@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds gradpsi, reproduces the paper's figures, differentiates a field on real points and lets heat
-# diffuse through them:
+# Builds and installs gradpsi, runs the examples, reproduces the paper's figures, differentiates a field on
+# real points and lets heat diffuse through them:
 #     bash apps/run.sh
 # Everything it makes is below build/.
 set -euo pipefail
@@ -9,10 +9,20 @@ source apps/dependencies.sh
 install_missing "${gradpsi_packages[@]}"
 
 cmake --preset release
-cmake --build --preset release --target gradpsi_program gradpsi_diffusion_study
+cmake --build --preset release
 gradpsi=build/release/apps/gradpsi
 results=build/results
 mkdir -p $results
+
+echo
+echo "== Four programs linked to the installed library (apps/examples) =="
+cmake --install build/release --prefix build/installed >/dev/null
+cmake -S apps/examples -B build/examples -G Ninja -DCMAKE_PREFIX_PATH="$PWD/build/installed" >/dev/null
+cmake --build build/examples >/dev/null
+for example in 1_gradient 2_heat 3_own_kernel 4_choosing; do
+  echo "$example:"
+  build/examples/$example | sed 's/^/  /'
+done
 
 echo
 echo "== The paper's study: error against spacing, 17 schemes =="

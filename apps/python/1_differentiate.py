@@ -64,7 +64,7 @@ right.set(
     title="Errors at all points",
 )
 right.grid(alpha=0.3)
-right.legend(loc="lower right")
+right.legend(loc="upper left")
 
 folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".")
 figure.savefig(folder / "1_differentiate.png", dpi=90)

@@ -28,6 +28,8 @@ inline constexpr double much_rounded = 1e-6;
 ///   |grad u|, a Laplacian by that part of |grad u| / dx. What is computed from them does not lose more,
 ///   since only differences enter.
 ///
+/// @param cloud    n points
+/// @param near     their neighbours: the supports count
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if `near` belongs to another number of points or `threads` is out of range
 std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads = 0);

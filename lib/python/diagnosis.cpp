@@ -20,6 +20,15 @@ py::object per_row_and_degree(const py::object& self) {
 }
 
 void bind_rows(py::module_& m) {
+  m.def(
+      "warnings",
+      [](const Cloud& cloud, const Neighbours& near, int threads) {
+        return without_gil([&] { return warnings(cloud, near, threads); });
+      },
+      py::arg("cloud"), py::arg("near"), py::kw_only(), py::arg("threads") = 0,
+      R"(What about the points deserves a warning: sentences, none if all is well.
+
+Pairs much closer than is usual; coordinates so far from the origin that they have lost digits.)");
   py::class_<RowDiagnosis>(
       m, "RowDiagnosis",
       R"(What an operator's entries tell about each of its n rows; arrays are read-only.
