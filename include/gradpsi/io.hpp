@@ -54,7 +54,8 @@ Cloud read_cloud(const std::filesystem::path& file);
 /// @throws std::system_error  if the file cannot be written (so do those below)
 void write_text(const std::filesystem::path& file, std::string_view text);
 
-/// Writes a header row and the values, as read_csv() reads them; names are written as they are.
+/// Writes a header row and the values, so that read_csv() reads the same table. Names are written as they
+/// are, in quotes if need be; they must not hold commas or line ends.
 void write_csv(const std::filesystem::path& file, const Table& table);
 
 /// Points as vertices of a VTK unstructured grid (binary XML, for ParaView): x, y, z are the
