@@ -19,6 +19,7 @@
 #include "parallel.hpp"
 #include "points.hpp"
 #include "positive.hpp"
+#include "resize.hpp"
 #include "search.hpp"
 #include "simd.hpp"
 #include "text.hpp"
@@ -793,10 +794,12 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   check(scheme, cloud, near, options);
   const Rows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
-  if (cloud.has_volumes())
+  if (cloud.has_volumes()) {
+    resize(op.volumes, cloud.size());
     op.volumes = cloud.volumes();
-  else
+  } else {
     op.volumes = number_density_volumes(cloud, near, options.kernel, options.threads);
+  }
   fill(&simd(), {{&scheme, &op}}, cloud, near, op.volumes, rows, options);
   finish(scheme, cloud, rows, options, op);
 }
