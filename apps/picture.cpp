@@ -88,15 +88,16 @@ void write_script(FILE* out, const std::filesystem::path& png, const View& view,
   std::fprintf(out, "e\nunset output\n");
 }
 
-/// Whether the file ends as a PNG does: gnuplot does not notice when a disk is full.
-bool is_complete(const std::filesystem::path& png) {
-  std::ifstream file(png, std::ios::binary);
-  file.seekg(-8, std::ios::end);
-  char end[4] = {};
-  return file.read(end, 4) && std::string_view(end, 4) == "IEND";
-}
-
 }  // namespace
+
+bool is_complete(const std::filesystem::path& picture) {
+  std::ifstream file(picture, std::ios::binary);
+  file.seekg(-8, std::ios::end);
+  char end[8] = {};
+  file.read(end, 8);
+  const char* const mark = picture.extension() == ".svg" ? "</svg>" : "IEND";
+  return file && std::string_view(end, 8).find(mark) != std::string_view::npos;
+}
 
 bool draw_field(const std::filesystem::path& png, const gradpsi::Positions& x,
                 const Eigen::VectorXd& field, const std::string& name, const std::string& title) {

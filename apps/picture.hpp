@@ -10,3 +10,6 @@
 /// @return  false if gnuplot failed or is not there; then there is no picture
 bool draw_field(const std::filesystem::path& png, const gradpsi::Positions& x,
                 const Eigen::VectorXd& field, const std::string& name, const std::string& title);
+
+/// Whether a .png or .svg file ends as it should: gnuplot does not notice when a disk is full.
+bool is_complete(const std::filesystem::path& picture);

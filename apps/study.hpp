@@ -29,7 +29,9 @@ std::string cell(double x, const char* format = "%.9g");
 /// Text filled up with spaces on the left.
 std::string padded(const std::string& text, int width);
 
-/// Writes the script to `file` and runs gnuplot on it in that folder.
-/// @throws std::runtime_error  if gnuplot fails or is not there; the message names `data`, which is complete
+/// Writes the script to `file` and has gnuplot draw the tables of that folder; the figures take their place
+/// there when all are complete.
+/// @throws std::runtime_error  if gnuplot fails or is not there; the message names `data`, which is
+///   complete; if a figure cannot be written
 void draw(const std::filesystem::path& file, const std::string& script,
           const std::filesystem::path& data);

@@ -19,6 +19,7 @@
 #include "parallel.hpp"
 #include "points.hpp"
 #include "positive.hpp"
+#include "resize.hpp"
 #include "search.hpp"
 #include "simd.hpp"
 #include "text.hpp"
@@ -806,10 +807,12 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   const Rows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
   if (cloud.has_volumes()) {
+    resize(op.volumes, cloud.size());
     op.volumes = cloud.volumes();
   } else {
     const Eigen::VectorXd volumes =
         number_density_volumes(cloud, near, options.kernel, options.threads);
+    resize(op.volumes, cloud.size());
     op.volumes = volumes;  // copied, not moved: others may have views of the numbers that are there
   }
   fill(&simd(), {{&scheme, &op}}, cloud, near, op.volumes, rows, options);

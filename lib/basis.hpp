@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "monomials.hpp"
+#include "resize.hpp"
 
 namespace gradpsi {
 
@@ -13,7 +14,7 @@ using Columns = Eigen::Map<Eigen::ArrayXXd>;
 class Buffer {
  public:
   Columns columns(int n, int c) {
-    if (memory_.size() < Eigen::Index{n} * c) memory_.resize(Eigen::Index{n} * c);
+    if (memory_.size() < Eigen::Index{n} * c) resize(memory_, Eigen::Index{n} * c);
     return {memory_.data(), n, c};
   }
 

@@ -157,10 +157,21 @@ bool Cholesky::factorise(const SparseMatrix& A) {
 void Cholesky::solve(const double* b, double* x, int columns) {
   State& s = *state_;
   const auto n = static_cast<std::size_t>(s.scale.size());
-  if (!s.B.object || s.B.object->ncol != static_cast<std::size_t>(columns)) {
-    cholmod_l_free_dense(&s.B.object, s.common.get());
-    s.B.object = cholmod_l_allocate_dense(n, columns, n, CHOLMOD_REAL, s.common.get());
-    s.common.check("hold the right-hand sides");
+  if (!s.Y.object || s.B.object->ncol != static_cast<std::size_t>(columns)) {
+    // CHOLMOD's solve takes no notice when there is no memory for its result and its workspace: it is
+    // given them in the shape that it wants.
+    for (cholmod_dense** dense : {&s.Y.object, &s.X.object, &s.B.object})
+      cholmod_l_free_dense(dense, s.common.get());
+    const auto allocate = [&](cholmod_dense** dense, std::size_t height, std::size_t width) {
+      *dense = cholmod_l_allocate_dense(height, width, height, CHOLMOD_REAL, s.common.get());
+      s.common.check("hold the right-hand sides");
+    };
+    allocate(&s.B.object, n, columns);
+    allocate(&s.X.object, n, columns);
+    if (s.L.object->is_super)
+      allocate(&s.Y.object, n, columns);
+    else
+      allocate(&s.Y.object, std::min(columns, 4), n);
   }
   double* const scaled = static_cast<double*>(s.B.object->x);
   for (int c = 0; c < columns; ++c)

@@ -365,8 +365,8 @@ Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes, int com
     result.complete = false;
     const MatrixSummary bounds = summarise(A, Eigen::VectorXd::Ones(n));
     result.values.resize(2);
-    result.values << outermost(A, Spectra::SortRule::LargestReal, bounds.leftmost),
-        outermost(A, Spectra::SortRule::SmallestReal, bounds.rightmost);
+    result.values[0] = outermost(A, Spectra::SortRule::LargestReal, bounds.leftmost);
+    result.values[1] = outermost(A, Spectra::SortRule::SmallestReal, bounds.rightmost);
   }
   return result;
 }
@@ -408,9 +408,8 @@ std::vector<double> singular_steps(const Spectrum& spectrum) {
     if (lambda.real() > spectrum.zero && std::abs(lambda.imag()) <= 1e-10 * std::abs(lambda))
       steps.push_back(1 / lambda.real());
   std::ranges::sort(steps);
-  const auto repeated =
-      std::ranges::unique(steps, [](double a, double b) { return b - a <= 1e-9 * b; });
-  steps.erase(repeated.begin(), repeated.end());
+  const auto same = [](double a, double b) { return b - a <= 1e-9 * b; };
+  steps.erase(std::unique(steps.begin(), steps.end(), same), steps.end());
   return steps;
 }
 

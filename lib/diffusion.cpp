@@ -8,6 +8,7 @@
 #include "csr.hpp"
 #include "gradpsi/error.hpp"
 #include "parallel.hpp"
+#include "resize.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
@@ -326,8 +327,8 @@ SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
     throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
                        std::to_string(points_) + " points");
   const double rate = rate_of(time_step_);
-  rhs_.resize(static_cast<Eigen::Index>(unknowns_.size()), u.cols());
-  solution_.resize(rhs_.rows(), rhs_.cols());
+  resize(rhs_, static_cast<Eigen::Index>(unknowns_.size()), u.cols());
+  resize(solution_, rhs_.rows(), rhs_.cols());
   for (Eigen::Index c = 0; c < u.cols(); ++c) {
     for (int i = 0; i < points_; ++i)
       if (!std::isfinite(u(i, c))) throw InvalidInput("the field is not finite" + at_point(i));

@@ -25,7 +25,8 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t block = 1 << 20;  // bytes; also the longest line accepted
+constexpr std::size_t block = 1 << 20;  // bytes written at once; also the longest line accepted
+constexpr std::size_t read_block = 1 << 16;  // small files should cost little
 
 [[noreturn]] void throw_system(const std::string& what, const path& file) {
   throw std::system_error(errno, std::generic_category(), what + " " + file.string());
@@ -59,6 +60,7 @@ class Output {
   Output(Output&& other) noexcept
       : file_(std::move(other.file_)),
         temporary_(std::exchange(other.temporary_, {})),
+        unnamed_(other.unnamed_),
         fd_(std::move(other.fd_)),
         buffer_(std::move(other.buffer_)) {}
 
@@ -73,6 +75,7 @@ class Output {
   /// Everything is with the system afterwards, so that commit() can hardly fail.
   void finish() {
     flush();
+    if (unnamed_) give_name();
     if (!fd_.close()) throw_system("cannot write", file_);
   }
   void commit() {
@@ -102,13 +105,31 @@ class Output {
     name += ".part" + std::to_string(::getpid());
     return name;
   }
-  Descriptor open() const {
+  Descriptor open() {
     const path& name = temporary_.empty() ? file_ : temporary_;
-    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    int fd = temporary_.empty() ? -1 : open_unnamed();
+    unnamed_ = fd >= 0;
+    if (fd < 0) fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (fd < 0) throw_system("cannot write", file_);
     struct stat old;  // whose permissions the new file keeps
     if (!temporary_.empty() && ::stat(file_.c_str(), &old) == 0) ::fchmod(fd, old.st_mode & 07777);
     return Descriptor(fd);
+  }
+  /// A file that has no name yet, of which nothing remains whatever ends the program; -1 where there is
+  /// no such thing.
+  int open_unnamed() const {
+#if defined(O_TMPFILE)
+    const path folder = file_.has_parent_path() ? file_.parent_path() : ".";
+    if (::access("/proc/self/fd", X_OK) == 0)
+      return ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+#endif
+    return -1;
+  }
+  void give_name() {
+    const std::string nameless = "/proc/self/fd/" + std::to_string(fd_.get());
+    ::unlink(temporary_.c_str());  // of a program that was killed, if it had the same number
+    if (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0)
+      throw_system("cannot write", file_);
   }
   void flush() {
     std::string_view rest = buffer_;
@@ -128,6 +149,7 @@ class Output {
 
   path file_;
   path temporary_;
+  bool unnamed_ = false;  // the temporary file gets its name when it is complete
   Descriptor fd_;
   std::string buffer_;
 };
@@ -146,7 +168,7 @@ class Lines {
  public:
   explicit Lines(const path& file) : file_(file), fd_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (fd_.get() < 0) throw_system("cannot read", file_);
-    buffer_.resize(block);
+    buffer_.resize(read_block);
   }
 
   /// The next line in `line`, valid until the next call; false at the end of the file.
@@ -179,8 +201,9 @@ class Lines {
     if (end_ == block)
       throw InvalidInput(file_.string() + ":" + std::to_string(number_ + 1) +
                          ": the line is longer than " + std::to_string(block) + " bytes");
+    if (end_ == buffer_.size()) buffer_.resize(2 * buffer_.size());
     ssize_t got;
-    do got = ::read(fd_.get(), buffer_.data() + end_, block - end_);
+    do got = ::read(fd_.get(), buffer_.data() + end_, buffer_.size() - end_);
     while (got < 0 && errno == EINTR);
     if (got < 0) throw_system("cannot read", file_);
     at_end_ = got == 0;
@@ -241,6 +264,13 @@ std::vector<std::string> header(std::string_view line, const std::string& place)
   if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
     throw InvalidInput(place + "two columns are named '" + *twice + "'");
   return names;
+}
+
+/// A name as header() reads it back: in quotes if it would otherwise lose its blanks, quotes or #.
+std::string header_cell(const std::string& name) {
+  const bool quoted = name.size() >= 2 && name.starts_with('"') && name.ends_with('"');
+  const bool marked = name.starts_with('#') || name.starts_with("\xEF\xBB\xBF");
+  return quoted || marked || trimmed(name) != name ? '"' + name + '"' : name;
 }
 
 /// At most so much of a cell in a message that it stays readable.
@@ -429,8 +459,10 @@ void Table::add(const std::string& name, const Eigen::VectorXd& column) {
   if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
   if (names.empty()) values.resize(column.size(), 0);
   check_length(name, column, *this);
-  names.push_back(name);
+  std::vector<std::string> more = names;  // names and values change together or not at all
+  more.push_back(name);
   values.conservativeResize(Eigen::NoChange, values.cols() + 1);
+  names.swap(more);
   values.rightCols<1>() = column;
 }
 
@@ -466,7 +498,10 @@ Cloud make_cloud(const Table& table, CloudOptions options) {
   const auto dimension = std::ranges::count_if(axis_names, [&](auto a) { return table.has(a); });
   Positions x(table.values.rows(), std::max<std::ptrdiff_t>(dimension, 1));
   // With k coordinates these are the first k, so that a z without y is an unknown column y.
-  for (Eigen::Index a = 0; a < x.cols(); ++a) x.col(a) = table.column(axis_names[a]);
+  for (Eigen::Index a = 0; a < x.cols(); ++a) {
+    const Eigen::VectorXd column = table.column(axis_names[a]);
+    if (column.size() > 0) x.col(a) = column;  // without points there is no memory to point into
+  }
   if (table.has("volume")) options.volumes = table.column("volume");
   return Cloud(std::move(x), std::move(options));
 }
@@ -480,7 +515,8 @@ void write_text(const path& file, std::string_view text) {
 void write_csv(const path& file, const Table& table) {
   write_file(file, [&](Output& out) {
     const auto separator = [&](Eigen::Index c) { return c + 1 < table.values.cols() ? "," : "\n"; };
-    for (Eigen::Index c = 0; c < table.values.cols(); ++c) out << table.names[c] << separator(c);
+    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
+      out << header_cell(table.names[c]) << separator(c);
     for (Eigen::Index i = 0; i < table.values.rows(); ++i)
       for (Eigen::Index c = 0; c < table.values.cols(); ++c)
         out << table.values(i, c) << separator(c);

@@ -28,8 +28,10 @@ void check(int status) {
 
 /// What Cholesky would take of a matrix with the pattern of A + A^T.
 FactorReport expected_cholesky(const SparseMatrix& A, const Elimination& elimination) {
-  const SparseMatrix transposed = A.transpose();
-  const SparseMatrix both = A + transposed;
+  // Assigned: if memory runs out in Eigen's constructors from expressions, some of it is lost.
+  SparseMatrix transposed, both;
+  transposed = A.transpose();
+  both = A + transposed;
   constexpr double unlimited = std::numeric_limits<double>::infinity();
   return Cholesky(both, Eigen::VectorXd::Ones(A.rows()), elimination, unlimited, 1).report();
 }

@@ -503,7 +503,9 @@ class Slabs {
   int* take(std::size_t count) {
     const std::lock_guard lock(mutex_);
     if (slabs_.empty() || used_ + count > capacity_) {
-      capacity_ = std::max<std::size_t>(count, std::size_t{1} << 22);
+      // Few points should not take much, many not often.
+      capacity_ =
+          std::max(count, std::clamp(2 * capacity_, std::size_t{1} << 14, std::size_t{1} << 22));
       slabs_.push_back(std::make_unique_for_overwrite<int[]>(capacity_));
       prefer_large_pages(slabs_.back().get(), capacity_ * sizeof(int));
       used_ = 0;

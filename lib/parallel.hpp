@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 #include <string>
 
 #include "gradpsi/error.hpp"
@@ -18,8 +19,8 @@ inline int checked_threads(int threads) {
 }
 
 /// Calls body(begin, end) on chunks of [0, n), in any order. Each thread works with a copy of body,
-/// so what a lambda captures by value is the thread's own. An exception skips the chunks that have
-/// not begun; one of those thrown is rethrown.
+/// so what a lambda captures by value is the thread's own. An exception, in that copying too, skips the
+/// chunks that have not begun; one of those thrown is rethrown.
 template <class Body>
 void parallel_chunks(int n, int chunk, int threads, const Body& body) {
   const int chunks = n / chunk + (n % chunk > 0);
@@ -28,20 +29,28 @@ void parallel_chunks(int n, int chunk, int threads, const Body& body) {
   bool failed = false;
 #pragma omp parallel num_threads(threads)
   {
-    Body own = body;
+    const auto keep = [&] {
+#pragma omp critical
+      failure = std::current_exception();
+#pragma omp atomic write
+      failed = true;
+    };
+    std::optional<Body> own;
+    try {
+      own.emplace(body);
+    } catch (...) {
+      keep();
+    }
 #pragma omp for schedule(dynamic)
     for (int c = 0; c < chunks; ++c) {
       bool skip;
 #pragma omp atomic read
       skip = failed;
-      if (skip) continue;
+      if (skip || !own) continue;
       try {
-        own(c * chunk, c == chunks - 1 ? n : (c + 1) * chunk);
+        (*own)(c * chunk, c == chunks - 1 ? n : (c + 1) * chunk);
       } catch (...) {
-#pragma omp critical
-        failure = std::current_exception();
-#pragma omp atomic write
-        failed = true;
+        keep();
       }
     }
   }

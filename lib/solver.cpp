@@ -17,6 +17,7 @@
 #include "lu.hpp"
 #include "matrix_checks.hpp"
 #include "median.hpp"
+#include "resize.hpp"
 #include "stopwatch.hpp"
 #include "text.hpp"
 #include "twin.hpp"
@@ -71,7 +72,7 @@ FactorTooLarge::FactorTooLarge(double needed, double given)
                          rounded(given / 1e9) + " GB given") {}
 
 struct LinearSolver::State {
-  State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system);
+  State(SparseMatrix&& matrix, const SolverOptions& options, SystemPoints system);
 
   // Setting up
   void check() const;
@@ -117,7 +118,7 @@ struct LinearSolver::State {
   Eigen::MatrixXd rhs, solution, start, residuals, corrections;
 };
 
-LinearSolver::State::State(SparseMatrix matrix, const SolverOptions& options, SystemPoints system)
+LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options, SystemPoints system)
     : points(std::move(system)), options(options), n(static_cast<int>(matrix.rows())) {
   A.swap(matrix);  // Eigen 3.4 would copy
   check();
@@ -312,8 +313,8 @@ void LinearSolver::State::factorise_walls() {
   } catch (const std::exception&) {  // singular or too large: without, then
     walls.reset();
   }
-  wall_residuals.resize(count);
-  wall_corrections.resize(count);
+  resize(wall_residuals, count);
+  resize(wall_corrections, count);
 }
 
 /// Makes z meet the boundary conditions, given the residuals r.
@@ -429,6 +430,7 @@ void LinearSolver::State::iterate(SolveReport& result, int limit) {
 /// over from then on if the memory allows.
 void LinearSolver::State::iterate_or_factorise(SolveReport& result) {
   if (options.method != Method::Auto) return iterate(result, options.max_iterations);
+  resize(start, solution.rows(), solution.cols());
   start = solution;
   try {
     return iterate(result, std::min(options.max_iterations, 1'000));
@@ -489,9 +491,11 @@ SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
     throw SolverError("there is no factor: the latest refactor() failed");
   if (s.n == 0 || b.cols() == 0) return result;
   // In units in which b is about 1 its square neither overflows nor vanishes.
+  for (Eigen::MatrixXd* matrix : {&s.rhs, &s.solution, &s.residuals, &s.corrections})
+    resize(*matrix, b.rows(), b.cols());
   s.rhs = b;
   s.solution = x;
-  s.units.resize(b.cols());
+  resize(s.units, b.cols());
   for (Eigen::Index c = 0; c < b.cols(); ++c) {
     const double largest = b.col(c).cwiseAbs().maxCoeff();
     s.units[c] = largest > 0 ? std::ilogb(largest) : 0;
@@ -501,8 +505,6 @@ SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
     }
   }
   if (!s.solution.allFinite()) s.solution.setZero();  // a start that far off is none
-  s.residuals.resize(b.rows(), b.cols());
-  s.corrections.resize(b.rows(), b.cols());
   s.report.method == Method::Krylov ? s.iterate_or_factorise(result) : s.solve_directly(result);
   for (Eigen::Index c = 0; c < b.cols(); ++c)
     for (int i = 0; i < s.n; ++i) x(i, c) = std::ldexp(s.solution(i, c), s.units[c]);

@@ -5,6 +5,7 @@
 
 #include "gradpsi/error.hpp"
 #include "parallel.hpp"
+#include "resize.hpp"
 #include "simd.hpp"
 
 namespace gradpsi {
@@ -62,7 +63,7 @@ void run(const Matrix& A, ProductFunction<Value> function, const ProductArgument
 void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads) {
   check(A, x.size(), threads);
   check_apart(x.data(), y.data());
-  y.resize(A.rows());
+  resize(y, A.rows());
   run<SparseMatrix, double>(
       A, simd().products.vectors[0],
       {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
@@ -72,7 +73,7 @@ void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& 
 void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, int threads) {
   check(A, X.rows(), threads);
   check_apart(X.data(), Y.data());
-  Y.resize(A.rows(), X.cols());
+  resize(Y, A.rows(), X.cols());
   for (Eigen::Index first = 0; first < X.cols(); first += 4) {
     const int count = static_cast<int>(std::min<Eigen::Index>(4, X.cols() - first));
     ProductArguments<double> arguments{
@@ -98,7 +99,7 @@ void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eige
   }
   check_apart(x.data(), Y.data());
   const int count = static_cast<int>(axes.size());
-  Y.resize(first.rows(), count);
+  resize(Y, first.rows(), count);
   ProductArguments<double> arguments{
       first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
   for (int a = 0; a < count; ++a) {
@@ -112,7 +113,7 @@ void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::Vect
               int threads) {
   check(A, x.size(), threads);
   check_apart(x.data(), y.data());
-  y.resize(A.rows());
+  resize(y, A.rows());
   run<SingleSparseMatrix, float>(
       A, simd().products.single,
       {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
@@ -155,7 +156,7 @@ void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eig
       sum[i - begin] += own;
     }
   });
-  y.resize(n);
+  resize(y, n);
   parallel_chunks(n, 1 << 14, threads, [&](int begin, int end) {
     for (int i = begin; i < end; ++i) y[i] = 0;
     for (int part = 0; part < parts; ++part) {

@@ -74,6 +74,16 @@ TEST_F(Csv, AcceptsWhatOtherProgramsWrite) {
   EXPECT_THAT(read_csv(file("# x,T\n1,2\n")).names, ElementsAre("x", "T"));  // numpy.savetxt
 }
 
+// Found by a fuzzer: written bare, these came back as other names.
+TEST_F(Csv, NamesThatNeedQuotesSurvive) {
+  const Table table{{"#x", "\"y\"", " T", "\"", "\xEF\xBB\xBFp", "a b"},
+                    Eigen::MatrixXd::Random(2, 6)};
+  write_csv(path("t.csv"), table);
+  EXPECT_EQ(read_csv(path("t.csv")).names, table.names);
+  EXPECT_THAT(content(path("t.csv")), HasSubstr(",\",\""));  // only where they are needed
+  EXPECT_THAT(content(path("t.csv")), HasSubstr(",a b\n"));
+}
+
 TEST_F(Csv, AHeaderAloneIsNoPoints) {
   const Cloud cloud = read_cloud(file("x,y,z\n"));
   EXPECT_EQ(cloud.size(), 0);
