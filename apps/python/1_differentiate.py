@@ -59,7 +59,7 @@ for scheme, color in zip(schemes, ["tab:red", "tab:orange", "tab:blue"]):
 right.set(
     xlabel="error of the gradient / largest exact gradient",
     ylabel="points with at most this error (%)",
-    xlim=(1e-4, 2),
+    xlim=(1e-6, 2),
     ylim=(0, 100),
     title="Errors at all points",
 )
