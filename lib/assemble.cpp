@@ -668,7 +668,7 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   check_entries(entries);
 }
 
-void throw_if_degenerate(const Scheme& scheme, int dimension, const Rows& rows,
+void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const Rows& rows,
                          const RowReport& report) {
   const int count = report.degenerate();
   if (count == 0) return;
@@ -677,7 +677,7 @@ void throw_if_degenerate(const Scheme& scheme, int dimension, const Rows& rows,
       report.outcome.begin();
   const int neighbours = report.neighbours[first];
   const double rcond = report.reciprocal_condition[first];
-  const int needed = unknowns(scheme, dimension);
+  const int needed = unknowns(scheme, cloud.dimension());
   const std::string why =
       neighbours == 0       ? "it has no neighbour"
       : neighbours < needed ? "at least " + std::to_string(needed) + " neighbours are needed"
@@ -685,10 +685,11 @@ void throw_if_degenerate(const Scheme& scheme, int dimension, const Rows& rows,
       : rcond >= singular_below                     ? "its weights are not finite"
                                                     : "its moment system is singular";
   throw StencilError(name(scheme) + " cannot be computed at point " +
-                         std::to_string(rows.point(static_cast<int>(first))) + ": " + why + " (" +
-                         std::to_string(neighbours) + " neighbours, reciprocal condition number " +
-                         shortest(rcond) + "); " + std::to_string(count) + " of " +
-                         std::to_string(rows.count) + " rows are degenerate",
+                         std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +
+                         why + " (" + std::to_string(neighbours) +
+                         " neighbours, reciprocal condition number " + shortest(rcond) + "); " +
+                         std::to_string(count) + " of " + std::to_string(rows.count) +
+                         " rows are degenerate",
                      rows.point(static_cast<int>(first)), neighbours, rcond);
 }
 
@@ -721,7 +722,7 @@ void widen_and_prune(const Scheme& scheme, const Cloud& cloud, const Rows& rows,
 void finish(const Scheme& scheme, const Cloud& cloud, const Rows& rows,
             const AssemblyOptions& options, Operator& op) {
   if (options.on_degenerate == OnDegenerate::Fail)
-    throw_if_degenerate(scheme, cloud.dimension(), rows, op.rows);
+    throw_if_degenerate(scheme, cloud, rows, op.rows);
   dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     if (scheme.derivative == Derivative::Gradient)
@@ -793,6 +794,7 @@ std::vector<Operator> assemble_with(const Simd* vector_code, const std::vector<S
       else
         copy_pattern(matrix, first, options.threads);
     operators[r].rows = empty_report(rows.count);
+    if (rows.chosen) operators[r].points = *rows.chosen;
     if (r > 0) operators[r].volumes = volumes;
   }
   fill(vector_code, requests(schemes, operators), cloud, near, volumes, rows, options);

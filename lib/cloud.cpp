@@ -13,31 +13,44 @@
 #include "gradpsi/neighbours.hpp"
 #include "median.hpp"
 #include "points.hpp"
+#include "sum.hpp"
 #include "text.hpp"
 
 namespace gradpsi {
 namespace {
 
-void check_positions(const Positions& x) {
+/// "point 17", by its number.
+std::string point(const std::vector<std::int64_t>& numbers, Eigen::Index i) {
+  return "point " + std::to_string(numbers.empty() ? i : numbers[i]);
+}
+
+void check_positions(const Positions& x, const std::vector<std::int64_t>& numbers) {
   if (x.cols() < 1 || x.cols() > 3)
     throw InvalidInput("positions must have 1, 2 or 3 columns, not " + std::to_string(x.cols()));
   if (x.rows() > std::numeric_limits<int>::max() - 1)
     throw InvalidInput("at most 2^31 - 2 points, not " + std::to_string(x.rows()));
   for (Eigen::Index i = 0; i < x.rows(); ++i)
     if (!x.row(i).allFinite())
-      throw InvalidInput("point " + std::to_string(i) + " has coordinates " + coordinates(x, i) +
+      throw InvalidInput(point(numbers, i) + " has coordinates " + coordinates(x, i) +
                          ", which are not finite");
 }
 
-void check_volumes(const Eigen::VectorXd& volumes, Eigen::Index points) {
+void check_volumes(const Eigen::VectorXd& volumes, Eigen::Index points,
+                   const std::vector<std::int64_t>& numbers) {
   if (volumes.size() == 0) return;
   if (volumes.size() != points)
     throw InvalidInput("volumes has " + std::to_string(volumes.size()) + " entries for " +
                        std::to_string(points) + " points");
   for (Eigen::Index i = 0; i < points; ++i)
     if (!(volumes[i] > 0 && std::isfinite(volumes[i])))
-      throw InvalidInput("point " + std::to_string(i) + " has volume " + shortest(volumes[i]) +
+      throw InvalidInput(point(numbers, i) + " has volume " + shortest(volumes[i]) +
                          "; volumes must be > 0 and finite");
+}
+
+void check_numbers(const std::vector<std::int64_t>& numbers, Eigen::Index points) {
+  if (!numbers.empty() && std::ssize(numbers) != points)
+    throw InvalidInput("there are " + std::to_string(numbers.size()) + " numbers for " +
+                       std::to_string(points) + " points");
 }
 
 void check_box(const std::array<double, 3>& box, int dimension) {
@@ -53,14 +66,22 @@ void check_box(const std::array<double, 3>& box, int dimension) {
 }  // namespace
 
 Cloud::Cloud(Positions positions, CloudOptions options)
-    : positions_(std::move(positions)), volumes_(std::move(options.volumes)), box_(options.box) {
-  check_positions(positions_);
-  check_volumes(volumes_, positions_.rows());
+    : positions_(std::move(positions)),
+      volumes_(std::move(options.volumes)),
+      box_(options.box),
+      numbers_(std::move(options.numbers)) {
+  check_numbers(numbers_, positions_.rows());
+  check_positions(positions_, numbers_);
+  check_volumes(volumes_, positions_.rows(), numbers_);
   check_box(box_, dimension());
 }
 
 double Cloud::spacing(int threads) const {
-  if (has_volumes()) return std::pow(volumes_.mean(), 1.0 / dimension());
+  if (has_volumes()) {
+    Sum sum;
+    for (const double volume : volumes_) sum += volume;
+    return std::pow(sum.value() / size(), 1.0 / dimension());
+  }
   if (size() < 2)
     throw InvalidInput("the spacing of " + std::to_string(size()) +
                        " point(s) without volumes is not defined");

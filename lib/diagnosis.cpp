@@ -212,9 +212,10 @@ std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, in
     const int partner = nearest_neighbour(cloud, near, static_cast<int>(i));
     const double h = near.support(static_cast<int>(i));
     const auto close = (q.array() < much_closer * usual).count();
-    result.push_back("points " + std::to_string(i) + " and " + std::to_string(partner) + " are " +
-                     rounded(least * h) + " apart, where the nearest point is usually " +
-                     rounded(usual * h) + " away; " + std::to_string(close) +
+    result.push_back("points " + std::to_string(cloud.number(static_cast<int>(i))) + " and " +
+                     std::to_string(cloud.number(partner)) + " are " + rounded(least * h) +
+                     " apart, where the nearest point is usually " + rounded(usual * h) +
+                     " away; " + std::to_string(close) +
                      " points have one within a hundredth of that: weights that grow as points "
                      "approach are dominated by such pairs");
   }

@@ -13,20 +13,11 @@
 
 namespace gradpsi {
 
-/// The equations of the unknowns; members as in ImplicitDiffusion.
-struct DiffusionSystem {
-  int points = 0;
-  std::vector<int> unknowns;
-  FixedValues fixed;
-  std::vector<WallRow> walls;
-  Eigen::VectorXd evolves, diagonal, constant;
-  SparseMatrix matrix, coupling;
-  SystemPoints system_points;
-};
-
 namespace {
 
-std::string at_point(int i) { return " at point " + std::to_string(i); }
+std::string at_point(const Cloud& cloud, int i) {
+  return " at point " + std::to_string(cloud.number(i));
+}
 
 /// Throws unless `values` has one finite number for each of `count` points, or none at all.
 void check_values(const Eigen::VectorXd& values, std::size_t count, const std::string& what) {
@@ -60,7 +51,9 @@ void check(const Cloud& cloud, const Operator& laplacian) {
     throw InvalidInput("diffusion needs a Laplacian, one matrix, not " +
                        std::to_string(laplacian.axes.size()));
   const SparseMatrix& psi = laplacian.matrix();
-  if (psi.rows() != cloud.size() || psi.cols() != cloud.size())
+  const std::vector<int>& points = laplacian.points;
+  if (psi.rows() != (points.empty() ? cloud.size() : std::ssize(points)) ||
+      psi.cols() != cloud.size())
     throw InvalidInput("the Laplacian is " + std::to_string(psi.rows()) + " x " +
                        std::to_string(psi.cols()) + " for " + std::to_string(cloud.size()) +
                        " points");
@@ -70,20 +63,20 @@ void check(const Cloud& cloud, const Operator& laplacian) {
 }
 
 /// Throws unless these are points of the cloud that have no condition yet; marks them.
-void claim(const std::vector<int>& points, std::vector<char>& taken) {
+void claim(const Cloud& cloud, const std::vector<int>& points, std::vector<char>& taken) {
   for (const int i : points) {
     if (i < 0 || i >= static_cast<int>(taken.size()))
       throw InvalidInput("there is no point " + std::to_string(i) + " among " +
                          std::to_string(taken.size()) + " to have a condition");
     if (std::exchange(taken[i], true))
-      throw InvalidInput("point " + std::to_string(i) + " has two conditions");
+      throw InvalidInput("point " + std::to_string(cloud.number(i)) + " has two conditions");
   }
 }
 
 void check(const BoundaryConditions& conditions, const Cloud& cloud) {
   std::vector<char> taken(cloud.size(), false);
-  claim(conditions.fixed.points, taken);
-  claim(conditions.walls.points, taken);
+  claim(cloud, conditions.fixed.points, taken);
+  claim(cloud, conditions.walls.points, taken);
   check_values(conditions.fixed.values, conditions.fixed.points.size(), "fixed.values");
 
   const WallConditions& walls = conditions.walls;
@@ -105,9 +98,10 @@ void check(const BoundaryConditions& conditions, const Cloud& cloud) {
                          std::to_string(cloud.size()) + " points");
   for (Eigen::Index k = 0; k < count; ++k) {
     if (!walls.normals.row(k).allFinite() || walls.normals.row(k).isZero(0))
-      throw InvalidInput("the normal" + at_point(walls.points[k]) + " is zero or not finite");
+      throw InvalidInput("the normal" + at_point(cloud, walls.points[k]) +
+                         " is zero or not finite");
     if (walls.transfer.size() > 0 && walls.transfer[k] < 0)
-      throw InvalidInput("the transfer coefficient" + at_point(walls.points[k]) +
+      throw InvalidInput("the transfer coefficient" + at_point(cloud, walls.points[k]) +
                          " must be >= 0, not " + shortest(walls.transfer[k]));
   }
 }
@@ -129,8 +123,8 @@ SparseMatrix wall_rows(const WallConditions& walls, int points) {
 
 /// Those of a row-wise matrix's columns whose place is not negative, at their place.
 template <class Rows>
-SparseMatrix columns(int row_count, int column_count, const std::vector<int>& places,
-                     const Rows& for_each_entry) {
+SparseMatrix chosen_columns(int row_count, int column_count, const std::vector<int>& places,
+                            const Rows& for_each_entry) {
   SparseMatrix matrix(row_count, column_count);
   int* const outer = matrix.outerIndexPtr();
   for (int u = 0; u < row_count; ++u) {
@@ -150,107 +144,36 @@ SparseMatrix columns(int row_count, int column_count, const std::vector<int>& pl
 }
 
 /// The largest entry of a wall's row, with the sign of its diagonal.
-double size_of_row(const SparseMatrix& rows, int k, int point) {
+double size_of_row(const SparseMatrix& rows, int k, const Cloud& cloud, int point) {
   double largest = 0, diagonal = 0;
   for (SparseMatrix::InnerIterator a(rows, k); a; ++a) {
     largest = std::max(largest, std::abs(a.value()));
     if (a.col() == point) diagonal = a.value();
   }
   if (!(largest > 0 && std::isfinite(largest)))
-    throw InvalidInput("the wall condition" + at_point(point) +
+    throw InvalidInput("the wall condition" + at_point(cloud, point) +
                        " has a gradient row that is zero or not finite");
   return diagonal < 0 ? -largest : largest;
-}
-
-/// What a wall's row is multiplied by to be as large as its neighbours', so that residuals and
-/// preconditioners see all rows alike; it makes the diagonal positive. A power of 2: nothing is rounded.
-double row_scale(const WallRow& wall, double rate) {
-  const double wanted = wall.diffusion + rate;
-  const double scale =
-      std::exp2(std::round(std::log2((wanted > 0 ? wanted : 1) / std::abs(wall.size))));
-  return wall.size < 0 ? -scale : scale;
 }
 
 /// 1/dt
 double rate_of(double time_step) { return std::isinf(time_step) ? 0 : 1 / time_step; }
 
-/// Keeps the diagonal where unknowns evolve, and adds 1/dt to it.
-void add_rate(DiffusionSystem& system, double rate) {
-  const auto unknowns = static_cast<int>(system.unknowns.size());
-  system.diagonal.resize(unknowns);
-  for (int u = 0; u < unknowns; ++u) {
-    if (system.evolves[u] == 0) continue;
-    double* diagonal = nullptr;
-    for (SparseMatrix::InnerIterator a(system.matrix, u); a; ++a)
-      if (a.col() == u) diagonal = &a.valueRef();
-    if (!diagonal)
-      throw InvalidInput("the Laplacian stores no diagonal" + at_point(system.unknowns[u]));
-    system.diagonal[u] = *diagonal;
-    *diagonal += rate;
-  }
+/// The place of each of n points among some of them; -1: none.
+std::vector<int> places(const std::vector<int>& points, int n) {
+  std::vector<int> place(n, -1);
+  for (std::size_t k = 0; k < points.size(); ++k) place[points[k]] = static_cast<int>(k);
+  return place;
 }
 
-SystemPoints unknown_points(const Cloud& cloud, const Operator& laplacian,
-                            const std::vector<int>& unknowns) {
+SystemPoints system_points(const Cloud& cloud, const Operator& laplacian,
+                           const std::vector<int>& rows) {
   const Eigen::VectorXd& volumes =
       laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
   CloudOptions options{.box = cloud.box()};
-  if (volumes.size() > 0) options.volumes = volumes(unknowns);
-  return {Cloud(cloud.positions()(unknowns, Eigen::all), options), unknowns, {}};
-}
-
-DiffusionSystem make_system(const Cloud& cloud, const Operator& laplacian,
-                            const BoundaryConditions& conditions, const DiffusionOptions& options) {
-  check(cloud, laplacian);
-  check(options, cloud.size());
-  check(conditions, cloud);
-  const SparseMatrix& psi = laplacian.matrix();
-  const double coefficient = options.theta * options.diffusivity;
-  const int n = cloud.size();
-  const auto& fixed = conditions.fixed.points;
-  const auto& walls = conditions.walls;
-
-  DiffusionSystem system;
-  system.points = n;
-  system.fixed = conditions.fixed;
-  std::vector<int> unknown_place(n, -1), fixed_place(n, -1);
-  for (std::size_t k = 0; k < fixed.size(); ++k) fixed_place[fixed[k]] = static_cast<int>(k);
-  for (int i = 0; i < n; ++i) {
-    if (fixed_place[i] >= 0) continue;
-    unknown_place[i] = static_cast<int>(system.unknowns.size());
-    system.unknowns.push_back(i);
-  }
-  const int unknowns = static_cast<int>(system.unknowns.size());
-  system.evolves = Eigen::VectorXd::Ones(unknowns);
-  system.constant = Eigen::VectorXd::Zero(unknowns);
-  if (options.source.size() > 0) system.constant = options.source(system.unknowns);
-
-  const SparseMatrix wall_matrix = wall_rows(walls, n);
-  std::vector<int> wall_of(unknowns, -1);
-  for (int k = 0; k < wall_matrix.rows(); ++k) {
-    const int i = walls.points[k], u = unknown_place[i];
-    wall_of[u] = k;
-    WallRow wall{u, size_of_row(wall_matrix, k, i), std::abs(coefficient * psi.coeff(i, i)), 1};
-    wall.scale = row_scale(wall, rate_of(options.time_step));
-    system.walls.push_back(wall);
-    system.evolves[u] = 0;
-    system.constant[u] = walls.flux.size() > 0 ? wall.scale * walls.flux[k] : 0;
-  }
-
-  const auto for_each_entry = [&](int u, const auto& f) {
-    const int k = wall_of[u];
-    const double factor = k >= 0 ? system.walls[k].scale : -coefficient;
-    const SparseMatrix& source = k >= 0 ? wall_matrix : psi;
-    for (SparseMatrix::InnerIterator a(source, k >= 0 ? k : system.unknowns[u]); a; ++a)
-      f(static_cast<int>(a.col()), factor * a.value());
-  };
-  system.matrix = columns(unknowns, unknowns, unknown_place, for_each_entry);
-  system.coupling = columns(unknowns, static_cast<int>(fixed.size()), fixed_place, for_each_entry);
-  system.coupling *= -1;
-  add_rate(system, rate_of(options.time_step));
-  system.system_points = unknown_points(cloud, laplacian, system.unknowns);
-  for (const WallRow& wall : system.walls) system.system_points.walls.push_back(wall.unknown);
-  return system;
+  if (volumes.size() > 0) options.volumes = volumes(rows);
+  for (const int i : rows) options.numbers.push_back(cloud.number(i));
+  return {Cloud(cloud.positions()(rows, Eigen::all), std::move(options)), {}};
 }
 
 }  // namespace
@@ -260,18 +183,19 @@ Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivi
     throw InvalidInput("a conductivity goes with a Laplacian, one matrix, not " +
                        std::to_string(laplacian.axes.size()));
   SparseMatrix& psi = laplacian.axes.front();
-  if (conductivity.size() != psi.rows() || psi.rows() != psi.cols())
+  if (conductivity.size() != psi.cols() || (laplacian.points.empty() && psi.rows() != psi.cols()))
     throw InvalidInput("there are " + std::to_string(conductivity.size()) +
                        " conductivities for a Laplacian of " + std::to_string(psi.rows()) + " x " +
                        std::to_string(psi.cols()));
   for (Eigen::Index i = 0; i < conductivity.size(); ++i)
     if (!(conductivity[i] > 0 && std::isfinite(conductivity[i])))
-      throw InvalidInput("the conductivity" + at_point(static_cast<int>(i)) +
+      throw InvalidInput("the conductivity at point " + std::to_string(i) +
                          " must be > 0 and finite, not " + shortest(conductivity[i]));
-  for (int i = 0; i < psi.rows(); ++i) {
+  for (int k = 0; k < psi.rows(); ++k) {
+    const int i = laplacian.points.empty() ? k : laplacian.points[k];
     double sum = 0;
     double* diagonal = nullptr;
-    for (SparseMatrix::InnerIterator a(psi, i); a; ++a) {
+    for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
       const double here = conductivity[i], there = conductivity[a.col()];
       if (a.col() == i) {
         diagonal = &a.valueRef();
@@ -285,40 +209,151 @@ Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivi
   return laplacian;
 }
 
-ImplicitDiffusion::ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
-                                     const BoundaryConditions& conditions,
-                                     const DiffusionOptions& options)
-    : ImplicitDiffusion(make_system(cloud, laplacian, conditions, options), options) {}
-
-ImplicitDiffusion::ImplicitDiffusion(DiffusionSystem&& system, const DiffusionOptions& options)
-    : points_(system.points),
-      unknowns_(std::move(system.unknowns)),
-      fixed_(std::move(system.fixed)),
-      walls_(std::move(system.walls)),
-      evolves_(std::move(system.evolves)),
-      diagonal_(std::move(system.diagonal)),
-      coupling_(std::move(system.coupling)),
-      constant_(std::move(system.constant)),
+DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
+                                 const BoundaryConditions& conditions,
+                                 const DiffusionOptions& options)
+    : fixed_(conditions.fixed),
+      coefficient_(options.theta * options.diffusivity),
       time_step_(options.time_step),
       theta_(options.theta),
-      threads_(options.solver.threads),
-      solver_(std::move(system.matrix), options.solver, std::move(system.system_points)),
-      known_(static_cast<Eigen::Index>(fixed_.points.size())) {}
+      threads_(options.solver.threads) {
+  check(cloud, laplacian);
+  check(options, cloud.size());
+  check(conditions, cloud);
+  const int n = cloud.size();
+  const SparseMatrix& psi = laplacian.matrix();
+  const std::vector<int> fixed_place = places(fixed_.points, n);
+  std::vector<int> psi_row;  // of each row
+  for (int k = 0; k < psi.rows(); ++k) {
+    const int i = laplacian.points.empty() ? k : laplacian.points[k];
+    if (fixed_place[i] >= 0) continue;
+    rows_.push_back(i);
+    psi_row.push_back(k);
+  }
+  for (int i = 0; i < n; ++i)
+    if (fixed_place[i] < 0) columns_.push_back(i);
+  const std::vector<int> column_place = places(columns_, n), row_place = places(rows_, n);
+  for (const int i : rows_) diagonal_places_.push_back(column_place[i]);
 
-void ImplicitDiffusion::set_time_step(double time_step) {
+  const int count = static_cast<int>(rows_.size());
+  evolves_ = Eigen::VectorXd::Ones(count);
+  constant_ = Eigen::VectorXd::Zero(count);
+  if (options.source.size() > 0) constant_ = options.source(rows_);
+  known_.resize(static_cast<Eigen::Index>(fixed_.points.size()));
+
+  const WallConditions& walls = conditions.walls;
+  const SparseMatrix wall_matrix = wall_rows(walls, n);
+  std::vector<int> wall_of(count, -1);
+  for (int k = 0; k < wall_matrix.rows(); ++k) {
+    const int i = walls.points[k], row = row_place[i];
+    if (row < 0)
+      throw InvalidInput("the Laplacian has no row for the wall condition" + at_point(cloud, i));
+    wall_of[row] = k;
+    WallRow wall{row, size_of_row(wall_matrix, k, cloud, i),
+                 std::abs(coefficient_ * psi.coeff(psi_row[row], i)), 1};
+    wall.scale = row_scale(wall, rate_of(time_step_));
+    walls_.push_back(wall);
+    evolves_[row] = 0;
+    constant_[row] = walls.flux.size() > 0 ? wall.scale * walls.flux[k] : 0;
+  }
+
+  const auto for_each_entry = [&](int row, const auto& f) {
+    const int k = wall_of[row];
+    const double factor = k >= 0 ? walls_[k].scale : -coefficient_;
+    const SparseMatrix& source = k >= 0 ? wall_matrix : psi;
+    for (SparseMatrix::InnerIterator a(source, k >= 0 ? k : psi_row[row]); a; ++a)
+      f(static_cast<int>(a.col()), factor * a.value());
+  };
+  matrix = chosen_columns(count, static_cast<int>(columns_.size()), column_place, for_each_entry);
+  coupling_ =
+      chosen_columns(count, static_cast<int>(fixed_.points.size()), fixed_place, for_each_entry);
+  coupling_ *= -1;
+
+  diagonal_ = Eigen::VectorXd::Zero(count);
+  for (int row = 0; row < count; ++row) {
+    if (evolves_[row] == 0) continue;
+    double* const entry = diagonal(matrix, row);
+    if (!entry)
+      throw InvalidInput("the Laplacian stores no diagonal" + at_point(cloud, rows_[row]));
+    diagonal_[row] = *entry;
+    *entry += rate_of(time_step_);
+  }
+  points = system_points(cloud, laplacian, rows_);
+  for (const WallRow& wall : walls_) points.walls.push_back(wall.row);
+}
+
+/// What a wall's row is multiplied by to be as large as its neighbours', so that residuals and
+/// preconditioners see all rows alike; it makes the diagonal positive. A power of 2: nothing is rounded.
+double DiffusionSystem::row_scale(const WallRow& wall, double rate) {
+  const double wanted = wall.diffusion + rate;
+  const double scale =
+      std::exp2(std::round(std::log2((wanted > 0 ? wanted : 1) / std::abs(wall.size))));
+  return wall.size < 0 ? -scale : scale;
+}
+
+/// Null if it is not stored.
+double* DiffusionSystem::diagonal(SparseMatrix& matrix, int row) const {
+  const int* const begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[row];
+  const int* const end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[row + 1];
+  const int* const found = std::lower_bound(begin, end, diagonal_places_[row]);
+  if (found == end || *found != diagonal_places_[row]) return nullptr;
+  return matrix.valuePtr() + (found - matrix.innerIndexPtr());
+}
+
+void DiffusionSystem::right_hand_side(const double* u, const double* product, double* b) {
+  const double rate = rate_of(time_step_);
+  for (Eigen::Index k = 0; k < known_.size(); ++k)
+    known_[k] = fixed_.values.size() > 0 ? fixed_.values[k] : u[fixed_.points[k]];
+  for_each_product(coupling_, known_.data(), threads_, [&](int k, double from_known) {
+    const double constant = constant_[k];
+    b[k] = from_known + constant + rate * evolves_[k] * u[rows_[k]];
+    // What theta nu Psi u is at this time, seen from the unknowns' matrix; b has the known part.
+    if (theta_ < 1 && evolves_[k] != 0)
+      b[k] += (1 - theta_) / theta_ * (b[k] - constant - product[k]);
+  });
+}
+
+void DiffusionSystem::set_fixed(double* u) const {
+  for (Eigen::Index k = 0; k < fixed_.values.size(); ++k) u[fixed_.points[k]] = fixed_.values[k];
+}
+
+void DiffusionSystem::set_time_step(double time_step, SparseMatrix& matrix) {
   check_time_step(time_step, theta_);
-  SparseMatrix matrix = solver_.matrix();
   const double rate = rate_of(time_step);
-  for (int u = 0; u < matrix.rows(); ++u)
-    if (evolves_[u] > 0) matrix.coeffRef(u, u) = diagonal_[u] + rate;
+  for (int row = 0; row < matrix.rows(); ++row)
+    if (evolves_[row] > 0) *diagonal(matrix, row) = diagonal_[row] + rate;
   for (WallRow& wall : walls_) {
     const double scale = row_scale(wall, rate), change = scale / wall.scale;
-    for (SparseMatrix::InnerIterator a(matrix, wall.unknown); a; ++a) a.valueRef() *= change;
-    for (SparseMatrix::InnerIterator a(coupling_, wall.unknown); a; ++a) a.valueRef() *= change;
-    constant_[wall.unknown] *= change;
+    for (SparseMatrix::InnerIterator a(matrix, wall.row); a; ++a) a.valueRef() *= change;
+    for (SparseMatrix::InnerIterator a(coupling_, wall.row); a; ++a) a.valueRef() *= change;
+    constant_[wall.row] *= change;
     wall.scale = scale;
   }
   time_step_ = time_step;
+}
+
+namespace {
+
+const Operator& with_all_rows(const Operator& laplacian) {
+  if (!laplacian.points.empty())
+    throw InvalidInput("the Laplacian has " + std::to_string(laplacian.points.size()) +
+                       " rows that were asked for; implicit diffusion needs all");
+  return laplacian;
+}
+
+}  // namespace
+
+ImplicitDiffusion::ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
+                                     const BoundaryConditions& conditions,
+                                     const DiffusionOptions& options)
+    : points_(cloud.size()),
+      system_(cloud, with_all_rows(laplacian), conditions, options),
+      solver_(std::move(system_.matrix), options.solver, std::move(system_.points)),
+      threads_(options.solver.threads) {}
+
+void ImplicitDiffusion::set_time_step(double time_step) {
+  SparseMatrix matrix = solver_.matrix();
+  system_.set_time_step(time_step, matrix);
   solver_.refactor(std::move(matrix));
 }
 
@@ -326,33 +361,25 @@ SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
   if (u.rows() != points_)
     throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
                        std::to_string(points_) + " points");
-  const double rate = rate_of(time_step_);
-  resize(rhs_, static_cast<Eigen::Index>(unknowns_.size()), u.cols());
+  const std::vector<int>& unknowns = system_.rows();
+  resize(rhs_, static_cast<Eigen::Index>(unknowns.size()), u.cols());
   resize(solution_, rhs_.rows(), rhs_.cols());
+  if (system_.needs_product()) resize(product_, rhs_.rows());
   for (Eigen::Index c = 0; c < u.cols(); ++c) {
     for (int i = 0; i < points_; ++i)
-      if (!std::isfinite(u(i, c))) throw InvalidInput("the field is not finite" + at_point(i));
-    for (Eigen::Index k = 0; k < known_.size(); ++k)
-      known_[k] = fixed_.values.size() > 0 ? fixed_.values[k] : u(fixed_.points[k], c);
-    double* const b = rhs_.col(c).data();
+      if (!std::isfinite(u(i, c)))
+        throw InvalidInput("the field is not finite at point " + std::to_string(i));
     double* const now = solution_.col(c).data();
-    for (Eigen::Index k = 0; k < rhs_.rows(); ++k) now[k] = u(unknowns_[k], c);
-    for_each_product(coupling_, known_.data(), threads_, [&](int k, double from_known) {
-      b[k] = from_known + constant_[k] + rate * evolves_[k] * now[k];
-    });
-    if (theta_ == 1) continue;
-    // What theta nu Psi u is at this time, seen from the unknowns' matrix; b has the known part.
-    for_each_product(solver_.matrix(), now, threads_, [&](int k, double from_unknown) {
-      if (evolves_[k] == 0) return;
-      const double implicit = b[k] - constant_[k] - from_unknown;
-      b[k] += (1 - theta_) / theta_ * implicit;
-    });
+    for (Eigen::Index k = 0; k < rhs_.rows(); ++k) now[k] = u(unknowns[k], c);
+    if (system_.needs_product())
+      for_each_product(solver_.matrix(), now, threads_,
+                       [&](int k, double product) { product_[k] = product; });
+    system_.right_hand_side(u.col(c).data(), product_.data(), rhs_.col(c).data());
   }
   const SolveReport report = solver_.solve(rhs_, solution_);
   for (Eigen::Index c = 0; c < u.cols(); ++c) {
-    for (Eigen::Index k = 0; k < rhs_.rows(); ++k) u(unknowns_[k], c) = solution_(k, c);
-    if (fixed_.values.size() > 0)
-      for (Eigen::Index k = 0; k < known_.size(); ++k) u(fixed_.points[k], c) = fixed_.values[k];
+    for (Eigen::Index k = 0; k < rhs_.rows(); ++k) u(unknowns[k], c) = solution_(k, c);
+    system_.set_fixed(u.col(c).data());
   }
   return report;
 }

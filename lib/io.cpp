@@ -190,8 +190,31 @@ class Lines {
     }
   }
 
+  /// Skips to the first line that begins at byte `offset` of the file or later.
+  void skip_to(std::int64_t offset) {
+    if (offset <= line_begin()) return;
+    if (::lseek(fd_.get(), offset - 1, SEEK_SET) < 0) throw_system("cannot read", file_);
+    skipped_ = read_ = offset - 1;
+    begin_ = end_ = 0;
+    at_end_ = false;
+    number_ = 0;
+    std::string_view rest_of_a_line;
+    next(rest_of_a_line);
+  }
+  /// Where in the file the next line begins.
+  std::int64_t line_begin() const { return read_ - static_cast<std::int64_t>(end_ - begin_); }
+  /// How many bytes the file has.
+  std::int64_t size() const {
+    struct stat status;
+    if (::fstat(fd_.get(), &status) != 0) throw_system("cannot read", file_);
+    if (!S_ISREG(status.st_mode)) errno = ESPIPE, throw_system("cannot read a part of", file_);
+    return status.st_size;
+  }
+
   /// "file:line: ", for messages about the line last returned.
-  std::string place() const { return file_.string() + ":" + std::to_string(number_) + ": "; }
+  std::string place() const {
+    return file_.string() + ":" + std::to_string(lines_skipped() + number_) + ": ";
+  }
 
  private:
   /// Moves the unfinished line to the front and reads on; returns where the new bytes begin.
@@ -199,7 +222,7 @@ class Lines {
     std::copy(buffer_.begin() + begin_, buffer_.begin() + end_, buffer_.begin());
     end_ -= std::exchange(begin_, 0);
     if (end_ == block)
-      throw InvalidInput(file_.string() + ":" + std::to_string(number_ + 1) +
+      throw InvalidInput(file_.string() + ":" + std::to_string(lines_skipped() + number_ + 1) +
                          ": the line is longer than " + std::to_string(block) + " bytes");
     if (end_ == buffer_.size()) buffer_.resize(2 * buffer_.size());
     ssize_t got;
@@ -208,7 +231,18 @@ class Lines {
     if (got < 0) throw_system("cannot read", file_);
     at_end_ = got == 0;
     end_ += static_cast<std::size_t>(got);
+    read_ += got;
     return end_ - static_cast<std::size_t>(got);
+  }
+
+  /// Counted when there is something to say about a line.
+  std::int64_t lines_skipped() const {
+    if (skipped_ == 0) return 0;
+    Lines before(file_);
+    std::string_view line;
+    std::int64_t count = 0;
+    while (before.line_begin() < skipped_ && before.next(line)) ++count;
+    return count - (before.line_begin() > skipped_);
   }
 
   path file_;
@@ -216,7 +250,8 @@ class Lines {
   std::string buffer_;
   std::size_t begin_ = 0, end_ = 0;  // of what has been read and not returned
   bool at_end_ = false;
-  std::int64_t number_ = 0;
+  std::int64_t number_ = 0;              // of the lines that were read, after those skipped
+  std::int64_t skipped_ = 0, read_ = 0;  // bytes
 };
 
 std::string_view trimmed(std::string_view text) {
@@ -281,8 +316,8 @@ std::string excerpt(std::string_view text) {
   return shown + (text.size() > 40 ? "..." : "");
 }
 
-void parse_row(std::string_view line, const std::vector<std::string>& names,
-               const std::string& place, std::vector<double>& values) {
+void parse_row(std::string_view line, const std::vector<std::string>& names, const Lines& lines,
+               std::vector<double>& values) {
   std::size_t columns = 0;
   for_each_cell(line, [&](std::string_view cell) {
     if (columns++ >= names.size()) return;
@@ -291,15 +326,15 @@ void parse_row(std::string_view line, const std::vector<std::string>& names,
     double x;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
     if (error == std::errc::result_out_of_range)
-      throw InvalidInput(place + "column '" + names[columns - 1] + "': " + excerpt(cell) +
+      throw InvalidInput(lines.place() + "column '" + names[columns - 1] + "': " + excerpt(cell) +
                          " is beyond the range of a double");
     if (error != std::errc() || end != cell.data() + cell.size())
-      throw InvalidInput(place + "column '" + names[columns - 1] + "': '" + excerpt(cell) +
+      throw InvalidInput(lines.place() + "column '" + names[columns - 1] + "': '" + excerpt(cell) +
                          "' is not a number");
     values.push_back(x);
   });
   if (columns != names.size())
-    throw InvalidInput(place + std::to_string(columns) + " columns where the header has " +
+    throw InvalidInput(lines.place() + std::to_string(columns) + " columns where the header has " +
                        std::to_string(names.size()));
 }
 
@@ -470,7 +505,11 @@ Table Table::select(const std::vector<int>& rows) const {
   return {names, values(rows, Eigen::all)};
 }
 
-Table read_csv(const path& file) {
+Table read_csv(const path& file) { return read_csv(file, 0, 1); }
+
+Table read_csv(const path& file, int part, int parts) {
+  if (part < 0 || part >= parts)
+    throw InvalidInput("there is no part " + std::to_string(part) + " of " + std::to_string(parts));
   Lines lines(file);
   std::string_view line;
   if (!lines.next(line) || trimmed(line).empty())
@@ -478,15 +517,27 @@ Table read_csv(const path& file) {
   Table table;
   table.names = header(line, lines.place());
 
+  // A line belongs to the part in which it begins.
+  std::int64_t end = std::numeric_limits<std::int64_t>::max();
+  if (parts > 1) {
+    const std::int64_t first = lines.line_begin(),
+                       bytes = std::max<std::int64_t>(lines.size() - first, 0);
+    const auto begin_of = [&](int p) {
+      return first + bytes / parts * p + bytes % parts * p / parts;
+    };
+    lines.skip_to(begin_of(part));
+    if (part < parts - 1) end = begin_of(part + 1);
+  }
+
   std::vector<double> values;  // row by row
   std::string blank;           // where an empty line stands, allowed only at the end
-  while (lines.next(line)) {
+  while ((lines.line_begin() < end || !blank.empty()) && lines.next(line)) {
     if (trimmed(line).empty()) {
       if (blank.empty()) blank = lines.place();
       continue;
     }
     if (!blank.empty()) throw InvalidInput(blank + "the line is empty");
-    parse_row(line, table.names, lines.place(), values);
+    parse_row(line, table.names, lines, values);
   }
   const auto columns = static_cast<Eigen::Index>(table.names.size());
   table.values = Eigen::Map<const Positions>(

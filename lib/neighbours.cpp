@@ -10,6 +10,7 @@
 #include <mutex>
 #include <nanoflann.hpp>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -309,7 +310,8 @@ class Tree {
           x[i][a] = positions.data()[std::ptrdiff_t{i} * D + a] * half * rest;
           if (!std::isfinite(x[i][a]))
             throw InvalidInput("a support near " + shortest(std::ldexp(1.0, exponent)) +
-                               " is lost in the rounding of point " + std::to_string(i) + " at " +
+                               " is lost in the rounding of point " +
+                               std::to_string(cloud.number(i)) + " at " +
                                coordinates(cloud.positions(), i));
         }
     });
@@ -524,8 +526,9 @@ void check_supports(const Cloud& cloud, const Eigen::VectorXd& supports) {
     throw InvalidInput("supports has " + std::to_string(supports.size()) + " entries for " +
                        std::to_string(cloud.size()) + " points");
   for (Eigen::Index i = 0; i < supports.size(); ++i) {
-    const std::string whose =
-        supports.size() == 1 ? "support" : "the support of point " + std::to_string(i);
+    const std::string whose = supports.size() == 1
+                                  ? "support"
+                                  : "the support of point " + std::to_string(cloud.number(i));
     if (!(supports[i] >= std::numeric_limits<double>::min() && std::isfinite(supports[i])))
       throw InvalidInput(whose + " must be > 0 and finite, not " + shortest(supports[i]));
     for (int a = 0; a < cloud.dimension(); ++a)
@@ -544,8 +547,8 @@ void check_supports(const Cloud& cloud, const Eigen::VectorXd& supports) {
         "of " +
         shortest(support));
   const int first = all.points.front();
-  throw InvalidInput("points " + std::to_string(all.first_partner) + " and " +
-                     std::to_string(first) + " coincide at " +
+  throw InvalidInput("points " + std::to_string(cloud.number(all.first_partner)) + " and " +
+                     std::to_string(cloud.number(first)) + " coincide at " +
                      coordinates(cloud.positions(), first) + "; " +
                      std::to_string(all.points.size()) + " of " + std::to_string(cloud.size()) +
                      " points coincide with an earlier one");
@@ -563,6 +566,23 @@ void check_entries(double neighbours, const Cloud& cloud, double support) {
                      " GB; at most 2^31 - 1 entries are possible: is the support too large?");
 }
 
+/// The points whose neighbours are looked for.
+struct Wanted {
+  std::vector<char> marks;  // empty: all
+  int count;
+  bool operator()(int i) const { return marks.empty() || marks[i]; }
+};
+
+Wanted wanted_rows(const std::vector<int>* rows, int points) {
+  if (!rows) return {{}, points};
+  Wanted wanted{std::vector<char>(points, false), static_cast<int>(rows->size())};
+  for (const int i : *rows)
+    if (i < 0 || i >= points || std::exchange(wanted.marks[i], true))
+      throw InvalidInput("row " + std::to_string(i) + " is not one of " + std::to_string(points) +
+                         " points, or there twice");
+  return wanted;
+}
+
 void check_isolation(const Cloud& cloud, const Neighbours& near) {
   int isolated = 0;
   for (int i = 0; i < near.size(); ++i) isolated += near.count(i) == 0;
@@ -576,15 +596,17 @@ void check_isolation(const Cloud& cloud, const Neighbours& near) {
 
 /// Gathers the candidates of a leaf for the supports that `near` holds.
 template <int D>
-void gather(LeafSearch<D>& search, const Tree<D>& tree, const Neighbours& near, Leaf leaf) {
+void gather(LeafSearch<D>& search, const Tree<D>& tree, const Neighbours& near,
+            const Wanted& wanted, Leaf leaf) {
   double reach = 0;
-  for (int k = leaf.begin; k < leaf.end; ++k) reach = std::max(reach, near.support(tree.number(k)));
+  for (int k = leaf.begin; k < leaf.end; ++k)
+    if (const int i = tree.number(k); wanted(i)) reach = std::max(reach, near.support(i));
   search.gather(tree, leaf, tree.to_units(reach));
 }
 
 /// The neighbours of all points, estimated from one point in each of a few leaves.
 template <int D>
-double estimated_neighbours(const Tree<D>& tree, const Neighbours& near) {
+double estimated_neighbours(const Tree<D>& tree, const Neighbours& near, const Wanted& wanted) {
   const auto leaf_count = static_cast<std::int64_t>(tree.leaves().size());
   const auto samples = std::min<std::int64_t>(leaf_count, leaves_for_estimate);
   LeafSearch<D> search;
@@ -592,28 +614,29 @@ double estimated_neighbours(const Tree<D>& tree, const Neighbours& near) {
   double sum = 0;
   for (std::int64_t s = 0; s < samples; ++s) {
     const Leaf leaf = tree.leaves()[s * leaf_count / samples];
-    gather(search, tree, near, leaf);
+    gather(search, tree, near, wanted, leaf);
     found.resize(search.most());
     const double support = tree.to_units(near.support(tree.number(leaf.begin)));
     const auto row = search.select(tree.point(leaf.begin), support, found.data());
     // Points that coincide are all candidates.
     sum += row.coincides ? search.most() : row.count;
   }
-  return sum / static_cast<double>(samples) * tree.size();
+  return sum / static_cast<double>(samples) * wanted.count;
 }
 
 template <int D>
-Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
+Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, const Wanted& wanted,
+                int threads) {
   const int n = cloud.size();
   Neighbours near{Eigen::VectorXi::Zero(n + 1), {}, supports};
-  if (n == 0) return near;
+  if (wanted.count == 0) return near;
   const double largest = supports.maxCoeff();
   const Tree<D> tree(cloud, largest, threads);
   const auto& leaves = tree.leaves();
   const int leaf_count = static_cast<int>(leaves.size());
 
   // What is clearly too much is refused before anything large is allocated, the rest when counted.
-  if (const double estimate = estimated_neighbours(tree, near);
+  if (const double estimate = estimated_neighbours(tree, near, wanted);
       estimate > 1.25 * std::numeric_limits<int>::max())
     check_entries(estimate, cloud, largest);
 
@@ -626,10 +649,14 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
                                 int begin, int end) mutable {
     std::size_t size = 0;
     for (int l = begin; l < end; ++l) {
-      gather(search, tree, near, leaves[l]);
+      const auto is_wanted = [&](int k) { return wanted(tree.number(k)); };
+      if (std::ranges::none_of(std::views::iota(leaves[l].begin, leaves[l].end), is_wanted))
+        continue;
+      gather(search, tree, near, wanted, leaves[l]);
       search.sort();
       for (int k = leaves[l].begin; k < leaves[l].end; ++k) {
         const int i = tree.number(k);
+        if (!wanted(i)) continue;
         if (found.size() < size + search.most()) found.resize(2 * (size + search.most()));
         const auto row =
             search.select(tree.point(k), tree.to_units(near.support(i)), found.data() + size);
@@ -659,7 +686,7 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, int threads
       row += near.count(i);
     }
   });
-  check_isolation(cloud, near);
+  if (wanted.marks.empty()) check_isolation(cloud, near);  // a part may well be sparse
   return near;
 }
 
@@ -723,11 +750,27 @@ Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
 
 }  // namespace
 
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
+namespace {
+
+Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+                           const std::vector<int>* rows, int threads) {
   check_supports(cloud, supports);
   checked_threads(threads);
-  return dispatch(cloud.dimension(),
-                  [&](auto d) { return find<decltype(d)::value>(cloud, supports, threads); });
+  const Wanted wanted = wanted_rows(rows, cloud.size());
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return find<decltype(d)::value>(cloud, supports, wanted, threads);
+  });
+}
+
+}  // namespace
+
+Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
+  return find_neighbours(cloud, supports, nullptr, threads);
+}
+
+Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+                           const std::vector<int>& rows, int threads) {
+  return find_neighbours(cloud, supports, &rows, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
@@ -780,8 +823,8 @@ Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& nea
       for (int a = 0; a < D; ++a) unit *= h;
       volumes[i] *= unit;
       if (!(std::isnormal(volumes[i]) && volumes[i] > 0))
-        throw InvalidInput("the number density of point " + std::to_string(i) + " with support " +
-                           shortest(h) + " is beyond the range of a double");
+        throw InvalidInput("the number density of point " + std::to_string(cloud.number(i)) +
+                           " with support " + shortest(h) + " is beyond the range of a double");
     }
     return volumes;
   });

@@ -128,8 +128,8 @@ LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options, 
 }
 
 std::string LinearSolver::State::row(int i) const {
-  return points.numbers.empty() ? "row " + std::to_string(i)
-                                : "point " + std::to_string(points.numbers[i]);
+  return has_points() ? "point " + std::to_string(points.cloud.number(i))
+                      : "row " + std::to_string(i);
 }
 
 void LinearSolver::State::check() const {
@@ -138,9 +138,6 @@ void LinearSolver::State::check() const {
                        " x " + std::to_string(A.cols()));
   if (has_points() && points.cloud.size() != n)
     throw InvalidInput("there are " + std::to_string(points.cloud.size()) + " points for " +
-                       std::to_string(n) + " rows");
-  if (!points.numbers.empty() && static_cast<int>(points.numbers.size()) != n)
-    throw InvalidInput("there are " + std::to_string(points.numbers.size()) + " numbers for " +
                        std::to_string(n) + " rows");
   std::vector<char> is_wall(n, false);
   for (const int i : points.walls)

@@ -109,6 +109,51 @@ TEST_F(Csv, PositionsMustBeXThenYThenZ) {
   EXPECT_THAT(error("x,z\n1,2\n"), HasSubstr("unknown column 'y'"));
 }
 
+TEST_F(Csv, PartsAreTheRowsOfTheWholeEachOnce) {
+  for (const std::string ends : {"\n", "\r\n"}) {
+    std::string text = "x,T" + ends;
+    for (int i = 0; i < 23; ++i)
+      text += std::to_string(i) + "," + std::string(1 + i * i % 7, '9') + ends;
+    for (const std::string& tail : {std::string(), ends + ends, "5,5" + ends, std::string("6,6")}) {
+      const fs::path name = file(text + tail);
+      const Eigen::MatrixXd whole = read_csv(name).values;
+      for (const int parts : {1, 2, 3, 7, 23, 24, 200}) {
+        Eigen::Index row = 0;
+        for (int part = 0; part < parts; ++part) {
+          const Table table = read_csv(name, part, parts);
+          EXPECT_THAT(table.names, ElementsAre("x", "T"));
+          ASSERT_LE(row + table.values.rows(), whole.rows());
+          EXPECT_EQ(table.values, whole.middleRows(row, table.values.rows()));
+          row += table.values.rows();
+        }
+        EXPECT_EQ(row, whole.rows());
+      }
+    }
+  }
+  EXPECT_THROW(read_csv(file("x\n1\n"), 2, 2), InvalidInput);
+  EXPECT_THROW(read_csv(file("x\n1\n"), -1, 2), InvalidInput);
+}
+
+TEST_F(Fault27, PartsNameTheLineOfTheWholeFile) {
+  std::string text = "x\n";
+  for (int i = 0; i < 40; ++i) text += std::to_string(i) + "\n";
+  for (const std::string bad : {"1,2", "", "one"}) {
+    std::string broken = text + bad + "\n" + text.substr(2);
+    const std::string whole = error(broken);
+    EXPECT_THAT(whole, HasSubstr(":42: "));
+    for (const int parts : {2, 5, 81}) {
+      int errors = 0;
+      for (int part = 0; part < parts; ++part) try {
+          read_csv(file(broken), part, parts);
+        } catch (const InvalidInput& failure) {
+          EXPECT_EQ(failure.what(), whole);
+          ++errors;
+        }
+      EXPECT_EQ(errors, 1);
+    }
+  }
+}
+
 TEST_F(Fault27, BadPointsNameTheLine) {
   EXPECT_THAT(error(""), HasSubstr("points.csv:1: expected a header row"));
   EXPECT_THAT(error("\n1\n"), HasSubstr(":1: expected a header row"));

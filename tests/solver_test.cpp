@@ -291,7 +291,8 @@ TEST(Fault23, AnIndefiniteMatrixIsNamed) {
 TEST(Fault24, WhatIsNotFiniteAndEmptyRowsAreRefused) {
   const auto refused = [](const Eigen::MatrixXd& dense) {
     return message_of<InvalidInput>([&] {
-      LinearSolver(sparse(dense), {}, {.numbers = {10, 11}});
+      LinearSolver(sparse(dense), {},
+                   {.cloud = Cloud(Positions::Random(2, 2), {.numbers = {10, 11}})});
     });
   };
   for (const double bad : {nan, infinity, -infinity})

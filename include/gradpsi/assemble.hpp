@@ -67,6 +67,8 @@ struct Operator {
   std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
   Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
   RowReport rows;                  ///< how each row came about
+  std::vector<int> points =
+      {};  ///< whose rows these are, AssemblyOptions::rows; empty: all, in order
 
   const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
 };

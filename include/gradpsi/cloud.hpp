@@ -17,6 +17,9 @@ struct CloudOptions {
   Eigen::VectorXd volumes = {};
   /// Lengths of a periodic box that starts at the origin; 0: open in that direction.
   std::array<double, 3> box = {0, 0, 0};
+  /// n numbers: what points are called in messages, where they are some of a larger cloud's.
+  /// Empty: 0, 1, 2, ..
+  std::vector<std::int64_t> numbers = {};
 };
 
 /// Points with their volumes in open space or a periodic box. Valid from construction on: finite
@@ -35,6 +38,8 @@ class Cloud {
   bool has_volumes() const { return volumes_.size() > 0; }               ///< or volumes() is empty
   const Eigen::VectorXd& volumes() const { return volumes_; }            ///< n, or empty
   const std::array<double, 3>& box() const { return box_; }              ///< 0: open
+  /// What point i is called in messages; i, if it has no other number.
+  std::int64_t number(int i) const { return numbers_.empty() ? i : numbers_[i]; }
 
   /// (mean volume)^(1/d) when there are volumes, else the median distance to the nearest neighbour
   /// (a length; computed at each call with a k-d tree, n log n).
@@ -46,6 +51,7 @@ class Cloud {
   Positions positions_;
   Eigen::VectorXd volumes_;
   std::array<double, 3> box_;
+  std::vector<std::int64_t> numbers_;
 };
 
 /// Indices of the points that remain, ascending, when of each group of coincident points (equal

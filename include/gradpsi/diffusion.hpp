@@ -23,7 +23,7 @@ enum class Mean {
 /// across which the flux is then continuous (P. W. Cleary and J. J. Monaghan, J. Comput. Phys. 148,
 /// 1999). Both keep row sums zero and symmetry after scaling by volume.
 ///
-/// @param laplacian     all n rows, as assembled
+/// @param laplacian     as assembled, all rows or some
 /// @param conductivity  n numbers kappa_i > 0
 /// @param mean          Arithmetic or Harmonic
 /// @throws InvalidInput  if sizes disagree or a kappa is out of range (names the point)
@@ -64,29 +64,84 @@ struct DiffusionOptions {
   SolverOptions solver = {};    ///< of the system of each step
 };
 
-/// @cond  For internal use.
-struct DiffusionSystem;
-struct WallRow {
-  int unknown;
-  double size;       // its largest entry, with the sign of the diagonal
-  double diffusion;  // theta nu |psi_ii|
-  double scale;      // what the row is multiplied by
-};
-/// @endcond
-
-/// Steps du/dt = nu lap u + f by the theta method with a Laplacian's matrix Psi,
+/// The linear system A x = b of a step of du/dt = nu lap u + f by the theta method with a Laplacian's
+/// matrix Psi,
 ///
 ///     (I/dt - theta nu Psi) u^{n+1} = (I/dt + (1 - theta) nu Psi) u^n + f
 ///
-/// at points without a condition. Fixed points are eliminated, their columns going to the right-hand
-/// side, so that a symmetric matrix stays one. An infinite dt with theta = 1 is the steady problem
-/// -nu Psi u = f, solved by a single step from any u.
+/// at points without a condition: for ImplicitDiffusion and for solvers of one's own. Fixed points are
+/// eliminated, their columns going to the right-hand side, so that a symmetric matrix stays one. An
+/// infinite dt with theta = 1 is the steady problem -nu Psi u = f.
+///
+/// The Laplacian may have some of the points' rows only, AssemblyOptions::rows: then so has the system,
+/// and its columns are the unknowns among all points. So a process assembles its own rows of a larger
+/// system, given the points around its own.
+class DiffusionSystem {
+ public:
+  /// @param cloud       n points
+  /// @param laplacian   m rows
+  /// @param conditions  fixed points: all of the cloud's; walls: those that have a row
+  /// @param options     all but how it is solved
+  /// @throws InvalidInput  if sizes disagree, a number is out of range or not finite, a point is named
+  ///   twice or has two conditions
+  DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
+                  const BoundaryConditions& conditions, const DiffusionOptions& options);
+
+  SparseMatrix
+      matrix;  ///< A: a row for each of rows(), a column for each of columns(); may be moved out
+  SystemPoints points;  ///< what a solver may know of the rows beside A; may be moved out
+  /// The points whose rows these are: the Laplacian's but for fixed ones, in their order.
+  const std::vector<int>& rows() const { return rows_; }
+  /// The points whose value is unknown, ascending; if the Laplacian has all rows, the same as rows().
+  const std::vector<int>& columns() const { return columns_; }
+
+  /// Writes b for a field u.
+  /// @param u        n values, finite
+  /// @param product  A u at the rows, for columns() of u; not looked at if theta is 1
+  /// @param b        one number a row
+  void right_hand_side(const double* u, const double* product, double* b);
+  /// Whether right_hand_side() needs a product.
+  bool needs_product() const { return theta_ < 1; }
+  /// Puts prescribed values in their place among u's n.
+  void set_fixed(double* u) const;
+
+  /// Changes the entries of `matrix` to those of another time step, or of such a matrix kept elsewhere.
+  /// @throws InvalidInput  if the step is out of range
+  void set_time_step(double time_step, SparseMatrix& matrix);
+
+ private:
+  struct WallRow {
+    int row;
+    double size;       // its largest entry, with the sign of the diagonal
+    double diffusion;  // theta nu |psi_ii|
+    double scale;      // what the row is multiplied by
+  };
+  static double row_scale(const WallRow& wall, double rate);
+  double* diagonal(SparseMatrix& matrix, int row) const;
+
+  std::vector<int> rows_, columns_;
+  FixedValues fixed_;
+  std::vector<WallRow> walls_;
+  std::vector<int> diagonal_places_;  // each row's point among the columns
+  Eigen::VectorXd evolves_;   // 1 for rows with the equation, 0 for those with a wall condition
+  Eigen::VectorXd diagonal_;  // of the matrix without 1/dt, where rows evolve
+  SparseMatrix coupling_;     // rows x fixed: what known values add to the right-hand side
+  Eigen::VectorXd constant_;  // what source and flux add
+  double coefficient_, time_step_, theta_;
+  int threads_;
+  Eigen::VectorXd known_;  // workspace of right_hand_side()
+};
+
+/// Steps du/dt = nu lap u + f: see DiffusionSystem. A steady problem is solved by a single step from any u.
 ///
 /// The matrix is factorised once; step() then costs a solve. Not to be used from two threads at a time.
 class ImplicitDiffusion {
  public:
-  /// @throws InvalidInput  if sizes disagree, a number is out of range or not finite, a point is named
-  ///   twice or has two conditions
+  /// @param cloud       n points
+  /// @param laplacian   all n rows
+  /// @param conditions  at fixed points and walls
+  /// @param options     the equation, the step, the solver
+  /// @throws InvalidInput  as DiffusionSystem, or if the Laplacian has some rows only
   /// @throws SolverError  as LinearSolver, naming points
   ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
                     const BoundaryConditions& conditions, const DiffusionOptions& options);
@@ -105,20 +160,11 @@ class ImplicitDiffusion {
   const SolverReport& solver() const { return solver_.report(); }
 
  private:
-  ImplicitDiffusion(DiffusionSystem&& system, const DiffusionOptions& options);
-
   int points_;
-  std::vector<int> unknowns_;  // their points
-  FixedValues fixed_;
-  std::vector<WallRow> walls_;
-  Eigen::VectorXd evolves_;   // 1 for unknowns with the equation, 0 for those with a wall condition
-  Eigen::VectorXd diagonal_;  // of the unknowns' matrix without 1/dt, where they evolve
-  SparseMatrix coupling_;     // unknowns x fixed: what known values add to the right-hand side
-  Eigen::VectorXd constant_;  // what source and flux add
-  double time_step_, theta_;
-  int threads_;
+  DiffusionSystem system_;
   LinearSolver solver_;
-  Eigen::VectorXd known_;  // workspace of step()
+  int threads_;
+  Eigen::VectorXd product_;  // workspace of step()
   Eigen::MatrixXd rhs_, solution_;
 };
 

@@ -44,6 +44,13 @@ struct Table {
 /// @throws std::system_error  if the file cannot be read
 Table read_csv(const std::filesystem::path& file);
 
+/// Part `part` of a file's rows, cut into `parts` of about as many bytes, for processes that share a file:
+/// together they are the rows of read_csv(file), in order, each once; all have the names.
+/// @param part  0 to parts - 1
+/// @throws InvalidInput  as above, of this part's rows; if part is out of range
+/// @throws std::system_error  as above; if parts > 1 and it is no file but a pipe
+Table read_csv(const std::filesystem::path& file, int part, int parts);
+
 /// The points of a table: columns x, then y, then z give position and dimension; `volume`, if there,
 /// the volumes, rather than those of the options.
 /// @throws InvalidInput  if there is no x, a z without y, or what Cloud() refuses

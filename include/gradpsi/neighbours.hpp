@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/kernel.hpp"
@@ -48,6 +49,13 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 /// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as above
 Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
+
+/// The same for some points only; the lists of the others are left empty.
+/// @param rows  0-based points, each once
+/// @throws InvalidInput  as above, but not for points without a neighbour; if a row is out of range or there
+///   twice
+Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+                           const std::vector<int>& rows, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
 /// @throws InvalidInput  if `threads` is out of range (so does number_density_volumes())

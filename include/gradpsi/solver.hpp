@@ -72,10 +72,9 @@ struct SolveReport {
 
 /// The points that a matrix's rows and columns belong to: what a solver may know beyond the entries.
 struct SystemPoints {
-  /// n points, or none; with volumes, rows times volumes are tried for symmetry.
+  /// n points, or none; with volumes, rows times volumes are tried for symmetry. Messages name row i by
+  /// the number of its point.
   Cloud cloud = Cloud(Positions(0, 1));
-  /// What row i is called in messages ("point 17"), n numbers; empty: "row i".
-  std::vector<int> numbers = {};
   /// Rows that hold a boundary condition rather than the equation of the others, each once.
   std::vector<int> walls = {};
 };
