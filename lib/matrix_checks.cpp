@@ -2,37 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "sets.hpp"
+
 namespace gradpsi {
-
-bool vanishes(double sum, double size) {
-  return std::abs(sum) <= 100 * std::numeric_limits<double>::epsilon() * size;
-}
-
-namespace {
-
-/// Sets of numbers 0 to n - 1 that merge, each known by its lowest member.
-class Sets {
- public:
-  explicit Sets(int n) : parent_(n) {
-    for (int i = 0; i < n; ++i) parent_[i] = i;
-  }
-  int of(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void merge(int i, int j) {
-    i = of(i), j = of(j);
-    parent_[std::max(i, j)] = std::min(i, j);
-  }
-
- private:
-  std::vector<int> parent_;
-};
-
-}  // namespace
 
 bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale) {
   const int n = static_cast<int>(A.rows());

@@ -1,13 +1,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <limits>
 
 #include "gradpsi/assemble.hpp"
 
 namespace gradpsi {
 
 /// Whether a sum is zero up to the rounding of terms whose magnitudes add up to `size`.
-bool vanishes(double sum, double size);
+inline bool vanishes(double sum, double size) {
+  return std::abs(sum) <= 100 * std::numeric_limits<double>::epsilon() * size;
+}
 
 /// Whether diag(scale) A is symmetric: entries (i, j) and (j, i) differ by at most 1e-12 of the
 /// geometric mean of the diagonal's i and j.

@@ -1,0 +1,183 @@
+#pragma once
+
+#include <petscksp.h>
+#include <petscsf.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "gradpsi/assemble.hpp"
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/diffusion.hpp"
+#include "gradpsi/neighbours.hpp"
+
+struct Zoltan_Struct;
+
+/// The same operators on a cloud that is spread over the processes of an MPI communicator: component
+/// gradpsi::petsc. PETSc must be initialised. All functions are collective: every process calls them in the
+/// same order. Where one process meets an error, all throw it: see together().
+///
+/// Matrices have the entries that assemble() gives on one machine, to the bit, whatever the number of
+/// processes.
+#pragma GCC visibility push(default)
+namespace gradpsi::petsc {
+
+/// Lets go of PETSc's and Zoltan's objects.
+struct Destroy {
+  void operator()(Mat) const;             ///< MatDestroy()
+  void operator()(Vec) const;             ///< VecDestroy()
+  void operator()(KSP) const;             ///< KSPDestroy()
+  void operator()(PetscSF) const;         ///< PetscSFDestroy()
+  void operator()(Zoltan_Struct*) const;  ///< Zoltan_Destroy()
+};
+/// Owns an object of PETSc: Handle<Mat>.
+template <class Object>
+using Handle = std::unique_ptr<std::remove_pointer_t<Object>, Destroy>;
+
+/// Calls work() in every process, which must not communicate. If it throws in any, all throw what the lowest
+/// of those ranks did (InvalidInput, StencilError, SolverError, std::bad_alloc, else std::runtime_error), with
+/// its rank in the message unless it happened everywhere.
+void together(MPI_Comm comm, const std::function<void()>& work);
+
+/// Points spread over processes: each owns as many as any other, give or take one, in a box of its own
+/// (recursive coordinate bisection by Zoltan).
+class Partition {
+ public:
+  /// @param comm   its processes hold the points between them
+  /// @param given  this process's points in the caller's order: those of rank 0 come first. The number of
+  ///   a point, for messages, is its place in that order
+  /// @throws InvalidInput  if the processes' clouds do not agree in dimension, box or having volumes; if
+  ///   there are more points than PETSc's indices can count
+  Partition(MPI_Comm comm, const Cloud& given);
+
+  MPI_Comm comm() const { return comm_; }        ///< as given
+  std::int64_t size() const { return size_; }    ///< the number of points in all processes
+  const Cloud& cloud() const { return cloud_; }  ///< this process's own points, by ascending number
+  PetscInt first() const { return first_; }      ///< own points of the ranks before this one
+
+  /// Brings values of the points as given to where they are owned, and back again.
+  /// @param of_given  a row for each point given, k columns
+  Eigen::MatrixXd to_owners(const Eigen::MatrixXd& of_given) const;
+  /// @param of_own  a row for each own point, k columns
+  Eigen::MatrixXd to_givers(const Eigen::MatrixXd& of_own) const;
+
+  /// Appends the other ranks whose boxes meet one given by its corners, d numbers each.
+  void append_owners(const double* low, const double* high, std::vector<int>& ranks) const;
+  /// Whether no box but this process's meets that one.
+  bool is_inside(const double* low, const double* high) const;
+
+ private:
+  void distribute(const Cloud& given);
+
+  MPI_Comm comm_;
+  std::int64_t size_ = 0;
+  PetscInt first_ = 0;
+  Cloud cloud_;
+  Handle<PetscSF> from_givers_;
+  Handle<Zoltan_Struct*> zoltan_;               // none in a single process
+  std::array<double, 3> low_ = {}, high_ = {};  // of this process's box
+};
+
+/// A process's own points and, around them, those of others within reach: the halo.
+class Subdomain {
+ public:
+  /// @param partition  must outlive the subdomain
+  /// @param reach      lengths >= 0, one for all or one for each own point: other processes' points within
+  ///   it of the own one become part of the halo. The support; times `widest` where rows may be widened
+  /// @throws InvalidInput  if sizes disagree or a reach is out of range
+  Subdomain(const Partition& partition, const Eigen::VectorXd& reach);
+
+  const Partition& partition() const { return *partition_; }  ///< as given
+  /// Own points and halo, n of them, by ascending number.
+  const Cloud& cloud() const { return cloud_; }
+  /// The own points among them, m of them.
+  const std::vector<int>& own() const { return own_; }
+  /// The number of ranks whose points are in the halo.
+  int sources() const { return sources_; }
+
+  /// Gets the halo's values from their owners.
+  /// @param of_own  m rows, k columns
+  /// @return n rows: of all of cloud()
+  Eigen::MatrixXd spread(const Eigen::MatrixXd& of_own) const;
+  /// The same of whole numbers.
+  std::vector<PetscInt> spread(const std::vector<PetscInt>& of_own) const;
+
+ private:
+  template <class T>
+  void spread(MPI_Datatype type, const T* of_own, T* of_all) const;
+
+  const Partition* partition_;
+  Cloud cloud_;
+  std::vector<int> own_;
+  int sources_ = 0;
+  Handle<PetscSF> from_owners_;
+};
+
+/// The median of the values of all processes, at least one; infinity counts as a value.
+double median(MPI_Comm comm, const Eigen::VectorXd& values);
+
+/// Cloud::spacing() of the whole cloud, to the bit.
+/// @throws InvalidInput  as that
+double spacing(const Partition& partition, int threads = 0);
+
+/// Numbers of this process's own points that coincide with one of a lower number.
+/// @return places among own points, ascending
+std::vector<int> coincident_points(const Partition& partition);
+
+/// The neighbours of own points, among cloud() of the subdomain; the halo's lists are empty.
+/// @param supports  one for all or one for each own point, at most the reach
+/// @throws InvalidInput  as gradpsi::find_neighbours(), counting all processes' points
+Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& supports, int threads = 0);
+
+/// The rows of own points, of `options.rows` those (places in cloud() of own ones), columns being the places
+/// in cloud(). Without volumes in the cloud, number densities are taken, the halo's from their owners.
+/// @throws as gradpsi::assemble()
+Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours& near,
+                  const AssemblyOptions& options = {});
+
+/// gradpsi::with_conductivity(), given kappa of own points.
+Operator with_conductivity(Operator laplacian, const Subdomain& mine,
+                           const Eigen::VectorXd& conductivity, Mean mean = Mean::Arithmetic);
+
+/// The matrices of an operator that has the rows of all own points, as PETSc's MATMPIAIJ, exactly
+/// preallocated. Rows and columns of rank r's own points come after those of the ranks before it:
+/// Partition::first() is the first row, and own points ascend.
+/// @throws InvalidInput  if other rows were assembled
+std::vector<Handle<Mat>> matrices(const Subdomain& mine, const Operator& op);
+
+/// gradpsi::ImplicitDiffusion on PETSc's matrices and solvers.
+///
+/// Method::Auto takes conjugate gradients if the matrix is symmetric after scaling by volume and diagonally
+/// dominant, else BiCGSTAB, preconditioned by the diagonal while steps are short and by BoomerAMG beyond;
+/// Method::Cholesky and Method::Lu are MUMPS's. Options -ksp_type, -pc_type, .. of PETSc's database go before
+/// all that. If what was chosen does not converge, LU takes over, unless one of these options was given.
+class ImplicitDiffusion {
+ public:
+  /// @param mine        own points and halo, which must outlive this
+  /// @param laplacian   rows of all own points, in order
+  /// @param conditions  of own points, by their places in mine.cloud()
+  /// @param options     source: a value for each own point; solver.memory: of all processes together
+  /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion
+  ImplicitDiffusion(const Subdomain& mine, const Operator& laplacian,
+                    const BoundaryConditions& conditions, const DiffusionOptions& options);
+  /// What was moved from can only be destroyed.
+  ImplicitDiffusion(ImplicitDiffusion&&) noexcept;
+  ~ImplicitDiffusion();
+
+  /// Replaces u of own points at one time by u at the next.
+  /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion::step()
+  SolveReport step(Eigen::VectorXd& u);
+
+  /// What the system is solved with, and why.
+  const SolverReport& solver() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace gradpsi::petsc
+#pragma GCC visibility pop
