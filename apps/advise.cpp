@@ -382,7 +382,7 @@ Trial make_trial(const Options& options, const Problem& problem) {
                                 " vanish or are beyond the range of a double");
   const Eigen::VectorXd fixed = options.fixed.empty()
                                     ? Eigen::VectorXd(Eigen::VectorXd::Zero(cloud.size()))
-                                    : finite_column(problem.table, options.fixed);
+                                    : finite_column(problem.table, problem.cloud, options.fixed);
   for (int i = 0; i < cloud.size(); ++i)
     if (fixed[i] == 0) trial.evolving.push_back(i);
   if (trial.evolving.empty()) throw gradpsi::InvalidInput("all points are fixed");

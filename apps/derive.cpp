@@ -14,7 +14,7 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
   check_outputs(options, {output});
   Problem problem = read_points(options);
   gradpsi::Table& table = problem.table;
-  const Eigen::VectorXd u = finite_column(table, field);
+  const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
   assemble(options, problem);
   const auto& axes = problem.op.axes;
   if (scheme.derivative == gradpsi::Derivative::Laplacian) {

@@ -63,8 +63,9 @@ Findings examine(const Options& options, const Problem& problem) {
   Findings f(options.scheme, gradpsi::diagnose(options.scheme, problem.cloud, op));
   f.residual = promised_residuals(f.scheme, op, f.rows, d);
   if (n > 0) f.spacing = std::pow(op.volumes.mean(), 1.0 / d);
-  const Eigen::VectorXd fixed = options.fixed.empty() ? Eigen::VectorXd(Eigen::VectorXd::Zero(n))
-                                                      : finite_column(problem.table, options.fixed);
+  const Eigen::VectorXd fixed = options.fixed.empty()
+                                    ? Eigen::VectorXd(Eigen::VectorXd::Zero(n))
+                                    : finite_column(problem.table, problem.cloud, options.fixed);
   for (int i = 0; i < n; ++i)
     if (fixed[i] == 0) f.evolving.push_back(i);
   if (!f.laplacian()) return f;

@@ -17,8 +17,6 @@ using gradpsi::InvalidInput;
 using gradpsi::Stopwatch;
 using std::filesystem::path;
 
-namespace {
-
 gradpsi::CloudOptions cloud_options(const OperatorOptions& options, const gradpsi::Table& table) {
   gradpsi::CloudOptions result;
   if (options.volume) {
@@ -31,7 +29,7 @@ gradpsi::CloudOptions cloud_options(const OperatorOptions& options, const gradps
 }
 
 Eigen::VectorXd supports(const OperatorOptions& options, const gradpsi::Table& table,
-                         const gradpsi::Cloud& cloud) {
+                         const std::function<double()>& spacing) {
   if (table.has("support")) return table.column("support");
   if (options.support) return Eigen::VectorXd::Constant(1, *options.support);
   const auto ratio =
@@ -41,28 +39,29 @@ Eigen::VectorXd supports(const OperatorOptions& options, const gradpsi::Table& t
                        " has no column 'support': give --support or --support-ratio");
   if (!(*ratio > 0 && std::isfinite(*ratio)))
     throw InvalidInput("--support-ratio must be > 0 and finite, not " + text(*ratio));
-  if (cloud.size() == 0) return {};  // no rows, no supports
-  return Eigen::VectorXd::Constant(1, *ratio * cloud.spacing(options.threads));
+  return Eigen::VectorXd::Constant(1, *ratio * spacing());
 }
 
-/// Rows that did not come about as asked: how many of each kind, and which.
-nlohmann::ordered_json degenerate_rows(const gradpsi::RowReport& rows) {
+nlohmann::ordered_json degenerate_rows(const gradpsi::Operator& op, const gradpsi::Cloud& cloud) {
+  const gradpsi::RowReport& rows = op.rows;
   nlohmann::ordered_json result = {{"lowered", 0}, {"widened", 0}, {"zero", 0}};
   auto list = nlohmann::ordered_json::array();
-  for (int i = 0; i < static_cast<int>(rows.outcome.size()); ++i) {
-    if (rows.outcome[i] == gradpsi::RowOutcome::AsAsked) continue;
-    const std::string outcome(name(rows.outcome[i]));
+  for (int k = 0; k < static_cast<int>(rows.outcome.size()); ++k) {
+    if (rows.outcome[k] == gradpsi::RowOutcome::AsAsked) continue;
+    const std::string outcome(name(rows.outcome[k]));
     result[outcome] = result[outcome].get<int>() + 1;
-    list.push_back({{"point", i},
+    list.push_back({{"point", cloud.number(op.points.empty() ? k : op.points[k])},
                     {"outcome", outcome},
-                    {"degree", rows.degree[i]},
-                    {"neighbours", rows.neighbours[i]},
-                    {"support", rows.supports[i]},
-                    {"reciprocal_condition", rows.reciprocal_condition[i]}});
+                    {"degree", rows.degree[k]},
+                    {"neighbours", rows.neighbours[k]},
+                    {"support", rows.supports[k]},
+                    {"reciprocal_condition", rows.reciprocal_condition[k]}});
   }
   result["rows"] = std::move(list);
   return result;
 }
+
+namespace {
 
 nlohmann::ordered_json neighbour_counts(const gradpsi::Neighbours& near) {
   std::vector<int> counts(near.size());
@@ -175,17 +174,21 @@ Problem read_points(const OperatorOptions& options) {
     table = table.select(gradpsi::distinct_points(cloud));
     cloud = gradpsi::make_cloud(table, cloud_options(options, table));
   }
-  // The order of the keys is that of the specification; later steps fill them in.
-  nlohmann::ordered_json report = {
-      {"points", cloud.size()},
-      {"entries", 0},
-      {"neighbours", {}},
-      {"seconds", {{"read", watch.lap()}, {"search", 0.0}, {"weights", 0.0}, {"write", 0.0}}},
-      {"degenerate_rows", 0},
-      {"dropped_points", points_read - cloud.size()},
-      {"peak_bytes", 0},
-      {"threads", options.threads > 0 ? options.threads : omp_get_max_threads()}};
+  auto report = first_report(options, cloud.size(), points_read - cloud.size(), watch.lap());
   return {std::move(table), std::move(cloud), {}, {}, std::move(report)};
+}
+
+nlohmann::ordered_json first_report(const OperatorOptions& options, std::int64_t points,
+                                    std::int64_t dropped, double read_seconds) {
+  // The order of the keys is that of the specification; later steps fill them in.
+  return {{"points", points},
+          {"entries", 0},
+          {"neighbours", {}},
+          {"seconds", {{"read", read_seconds}, {"search", 0.0}, {"weights", 0.0}, {"write", 0.0}}},
+          {"degenerate_rows", 0},
+          {"dropped_points", dropped},
+          {"peak_bytes", 0},
+          {"threads", options.threads > 0 ? options.threads : omp_get_max_threads()}};
 }
 
 gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
@@ -201,31 +204,36 @@ gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
           .threads = options.threads};
 }
 
-namespace {
-
-/// Assembles, and fails for degenerate rows that are of use.
-gradpsi::Operator assembled(const gradpsi::Scheme& scheme, const Problem& problem,
-                            gradpsi::AssemblyOptions options, const std::vector<int>& unused) {
-  if (options.on_degenerate != gradpsi::OnDegenerate::Fail || unused.empty())
-    return gradpsi::assemble(scheme, problem.cloud, problem.near, options);
-  options.on_degenerate = gradpsi::OnDegenerate::Zero;
-  gradpsi::Operator op = gradpsi::assemble(scheme, problem.cloud, problem.near, options);
-  std::vector<char> used(problem.cloud.size(), true);
+gradpsi::Operator assembled(const OperatorOptions& options, gradpsi::AssemblyOptions assembly,
+                            const std::vector<int>& unused, int points, const Assemble& assemble) {
+  if (assembly.on_degenerate != gradpsi::OnDegenerate::Fail)
+    return assemble(options.scheme, assembly);
+  assembly.on_degenerate = gradpsi::OnDegenerate::Zero;
+  gradpsi::Operator op = assemble(options.scheme, assembly);
+  std::vector<char> used(points, true);
   for (const int i : unused) used[i] = false;
-  options.on_degenerate = gradpsi::OnDegenerate::Fail;
-  options.rows.emplace();
-  for (int i = 0; i < problem.cloud.size(); ++i)
-    if (used[i] && op.rows.outcome[i] == gradpsi::RowOutcome::Zero) options.rows->push_back(i);
-  gradpsi::assemble(scheme, problem.cloud, problem.near, options);  // throws if there are any
+  assembly.on_degenerate = gradpsi::OnDegenerate::Fail;
+  assembly.rows.emplace();
+  for (int k = 0; k < static_cast<int>(op.rows.outcome.size()); ++k) {
+    const int i = op.points.empty() ? k : op.points[k];
+    if (used[i] && op.rows.outcome[k] == gradpsi::RowOutcome::Zero) assembly.rows->push_back(i);
+  }
+  assemble(options.scheme, assembly);  // throws if there are any
   return op;
 }
 
-}  // namespace
+std::string advice(const gradpsi::StencilError& error, const nlohmann::ordered_json& report) {
+  std::string message = error.what();
+  if (report["dropped_points"] > 0) message += " (dropped points are not counted)";
+  return message + "; try a larger support or --on-degenerate widen";
+}
 
 void assemble(const OperatorOptions& options, Problem& problem, const std::vector<int>& unused) {
   const gradpsi::AssemblyOptions assembly = assembly_options(options, problem.table);
   Stopwatch watch;
-  const Eigen::VectorXd h = supports(options, problem.table, problem.cloud);
+  const bool empty = problem.cloud.size() == 0;  // no rows, no supports
+  const Eigen::VectorXd h = supports(
+      options, problem.table, [&] { return empty ? 1 : problem.cloud.spacing(options.threads); });
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   for (const std::string& warning :
        gradpsi::warnings(problem.cloud, problem.near, options.threads)) {
@@ -233,27 +241,36 @@ void assemble(const OperatorOptions& options, Problem& problem, const std::vecto
     problem.report["warnings"].push_back(warning);
   }
   problem.report["seconds"]["search"] = watch.lap();
+  const auto assemble = [&](const gradpsi::Scheme& scheme, const gradpsi::AssemblyOptions& rows) {
+    return gradpsi::assemble(scheme, problem.cloud, problem.near, rows);
+  };
   try {
-    problem.op = assembled(options.scheme, problem, assembly, unused);
+    problem.op = unused.empty()
+                     ? assemble(options.scheme, assembly)
+                     : assembled(options, assembly, unused, problem.cloud.size(), assemble);
   } catch (const gradpsi::StencilError& error) {
-    std::string message = error.what();
-    if (problem.report["dropped_points"] > 0) message += " (dropped points are not counted)";
-    throw std::runtime_error(message + "; try a larger support or --on-degenerate widen");
+    throw std::runtime_error(advice(error, problem.report));
   }
   problem.report["seconds"]["weights"] = watch.lap();
   problem.report["entries"] = problem.op.matrix().nonZeros();
   problem.report["neighbours"] = neighbour_counts(problem.near);
   problem.report["degenerate_rows"] = problem.op.rows.degenerate();
   if (problem.op.rows.degenerate() > 0)
-    problem.report["degenerate"] = degenerate_rows(problem.op.rows);
+    problem.report["degenerate"] = degenerate_rows(problem.op, problem.cloud);
+  if (const auto& conditions = problem.op.rows.reciprocal_condition; conditions.size() > 0) {
+    Eigen::Index worst;
+    const double least = conditions.minCoeff(&worst);
+    problem.worst = {least, worst};
+  }
 }
 
-Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& name) {
+Eigen::VectorXd finite_column(const gradpsi::Table& table, const gradpsi::Cloud& cloud,
+                              const std::string& name) {
   Eigen::VectorXd values = table.column(name);
   for (Eigen::Index i = 0; i < values.size(); ++i)
     if (!std::isfinite(values[i]))
-      throw InvalidInput("point " + std::to_string(i) + " has a value of '" + name +
-                         "' that is not finite");
+      throw InvalidInput("point " + std::to_string(cloud.number(static_cast<int>(i))) +
+                         " has a value of '" + name + "' that is not finite");
   return values;
 }
 
@@ -308,7 +325,12 @@ bool write_and_report(const OperatorOptions& options, Problem& problem,
   auto& report = problem.report;
   report["seconds"]["write"] = watch.lap();
   write_report(options, problem);
+  return print_summary(options, problem, files);
+}
 
+bool print_summary(const OperatorOptions& options, const Problem& problem,
+                   const std::vector<path>& files) {
+  const auto& report = problem.report;
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
   std::cout << options.scheme << ": " << report["points"] << " points, " << report["entries"]
@@ -319,22 +341,18 @@ bool write_and_report(const OperatorOptions& options, Problem& problem,
     std::cout << "coincident points dropped: " << report["dropped_points"] << '\n';
   if ((options.support || options.support_ratio) && problem.table.has("support"))
     std::cout << "supports are those of the column 'support', not of the option\n";
-  const auto& rows = problem.op.rows;
-  if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc &&
-      rows.reciprocal_condition.size() > 0) {
-    Eigen::Index worst;
-    const double least = rows.reciprocal_condition.minCoeff(&worst);
-    std::cout << "smallest reciprocal condition number " << least << ", at point " << worst << '\n';
-  }
-  if (rows.degenerate() > 0) {
+  if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc && problem.worst)
+    std::cout << "smallest reciprocal condition number " << problem.worst->first << ", at point "
+              << problem.worst->second << '\n';
+  if (report.contains("degenerate")) {
     const auto& degenerate = report["degenerate"];
-    std::cout << "degenerate rows: " << rows.degenerate() << ", of them " << degenerate["lowered"]
+    const std::size_t count = degenerate["rows"].size();
+    std::cout << "degenerate rows: " << count << ", of them " << degenerate["lowered"]
               << " lowered in consistency, " << degenerate["widened"] << " widened, "
               << degenerate["zero"] << " zero; points";
-    int listed = 0;
-    for (std::size_t i = 0; i < degenerate["rows"].size() && listed < 10; ++i, ++listed)
-      std::cout << ' ' << degenerate["rows"][i]["point"];
-    std::cout << (listed < rows.degenerate() ? " ...\n" : "\n");
+    for (std::size_t k = 0; k < std::min<std::size_t>(count, 10); ++k)
+      std::cout << ' ' << degenerate["rows"][k]["point"];
+    std::cout << (count > 10 ? " ...\n" : "\n");
   }
   return true;
 }

@@ -2,12 +2,14 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <gradpsi/gradpsi.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// The options that say which operator is assembled on which points, the same in every subcommand.
@@ -34,7 +36,16 @@ struct Problem {
   gradpsi::Neighbours near;
   gradpsi::Operator op;
   nlohmann::ordered_json report;  ///< what --report writes
+  /// The smallest reciprocal condition number and its point, if there are rows.
+  std::optional<std::pair<double, std::int64_t>> worst = {};
 };
+
+/// Volumes and box of a table's points.
+gradpsi::CloudOptions cloud_options(const OperatorOptions& options, const gradpsi::Table& table);
+
+/// One support for all or one for each row of the table; the spacing is asked for if it is needed.
+Eigen::VectorXd supports(const OperatorOptions& options, const gradpsi::Table& table,
+                         const std::function<double()>& spacing);
 
 /// Kernel, policy for degenerate rows and threads. Without a policy such rows are an error, unless the
 /// support is the scheme's own: then they are widened.
@@ -43,6 +54,25 @@ gradpsi::AssemblyOptions assembly_options(const OperatorOptions& options,
 
 /// Reads the points; neighbours and operator are still empty.
 Problem read_points(const OperatorOptions& options);
+
+/// The report before anything has been assembled.
+nlohmann::ordered_json first_report(const OperatorOptions& options, std::int64_t points,
+                                    std::int64_t dropped, double read_seconds);
+
+/// Assembles rows of a scheme with given options.
+using Assemble =
+    std::function<gradpsi::Operator(const gradpsi::Scheme&, const gradpsi::AssemblyOptions&)>;
+
+/// Assembles, and fails for degenerate rows unless they are of points that are not used.
+/// @param points  in the cloud
+gradpsi::Operator assembled(const OperatorOptions& options, gradpsi::AssemblyOptions assembly,
+                            const std::vector<int>& unused, int points, const Assemble& assemble);
+
+/// What a user can do about a row that cannot be computed.
+std::string advice(const gradpsi::StencilError& error, const nlohmann::ordered_json& report);
+
+/// How many rows were lowered, widened or left zero, and which: points by their numbers.
+nlohmann::ordered_json degenerate_rows(const gradpsi::Operator& op, const gradpsi::Cloud& cloud);
 
 /// Finds the neighbours, warns on standard error of what about the points deserves it, and assembles the
 /// operator. Rows of `unused` points are left zero where the
@@ -53,8 +83,9 @@ void assemble(const OperatorOptions& options, Problem& problem,
 /// A number as the terminal shows it, six digits.
 std::string text(double x);
 
-/// A column of the points, all its values finite.
-Eigen::VectorXd finite_column(const gradpsi::Table& table, const std::string& name);
+/// A column of the points, all its values finite. Errors name points by their numbers in the cloud.
+Eigen::VectorXd finite_column(const gradpsi::Table& table, const gradpsi::Cloud& cloud,
+                              const std::string& name);
 
 /// OUT of -o: a file that ends in .csv or .vtu, written by write_table().
 CLI::Option* add_table_output(CLI::App& command, std::filesystem::path& output,
@@ -67,6 +98,11 @@ void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::
 
 /// Adds the peak memory to the report and writes it where --report says.
 void write_report(const OperatorOptions& options, Problem& problem);
+
+/// Prints what was assembled and written, unless that went to standard output itself.
+/// @return  whether more may be printed
+bool print_summary(const OperatorOptions& options, const Problem& problem,
+                   const std::vector<std::filesystem::path>& files);
 
 /// Calls write(), adds its time and the peak memory to the report, writes it where --report says, and
 /// prints what was written unless that went to standard output itself.

@@ -563,14 +563,39 @@ void write_text(const path& file, std::string_view text) {
   write_file(file, [&](Output& out) { out << text; });
 }
 
+namespace {
+
+const char* separator(Eigen::Index column, const Table& table) {
+  return column + 1 < table.values.cols() ? "," : "\n";
+}
+
+void write_header(Output& out, const Table& table) {
+  for (Eigen::Index c = 0; c < table.values.cols(); ++c)
+    out << header_cell(table.names[c]) << separator(c, table);
+}
+
+void write_rows(Output& out, const Table& table) {
+  for (Eigen::Index i = 0; i < table.values.rows(); ++i)
+    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
+      out << table.values(i, c) << separator(c, table);
+}
+
+}  // namespace
+
 void write_csv(const path& file, const Table& table) {
   write_file(file, [&](Output& out) {
-    const auto separator = [&](Eigen::Index c) { return c + 1 < table.values.cols() ? "," : "\n"; };
-    for (Eigen::Index c = 0; c < table.values.cols(); ++c)
-      out << header_cell(table.names[c]) << separator(c);
-    for (Eigen::Index i = 0; i < table.values.rows(); ++i)
-      for (Eigen::Index c = 0; c < table.values.cols(); ++c)
-        out << table.values(i, c) << separator(c);
+    write_header(out, table);
+    write_rows(out, table);
+  });
+}
+
+void write_csv(const path& file, const std::function<bool(Table&)>& next) {
+  write_file(file, [&](Output& out) {
+    Table table;
+    for (bool first = true; next(table); first = false) {
+      if (first) write_header(out, table);
+      write_rows(out, table);
+    }
   });
 }
 
@@ -605,6 +630,23 @@ void write_vtu(const path& file, const Table& table) {
     write_array(out, "type=\"Int32\" Name=\"offsets\"", ends);
     write_array(out, "type=\"UInt8\" Name=\"types\"", types);
     out << "</Cells>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  });
+}
+
+void write_pvtu(const path& file, const std::vector<std::string>& names,
+                const std::vector<path>& pieces) {
+  write_file(file, [&](Output& out) {
+    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\""
+        << " byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+        << "<PUnstructuredGrid GhostLevel=\"0\">\n<PPointData>\n";
+    for (const std::string& name : names)
+      if (std::ranges::find(axis_names, name) == axis_names.end())
+        out << "<PDataArray type=\"Float64\" Name=\"" << escaped(name) << "\"/>\n";
+    out << "</PPointData>\n<PPoints>\n"
+        << "<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n";
+    for (const path& piece : pieces)
+      out << "<Piece Source=\"" << escaped(piece.filename().string()) << "\"/>\n";
+    out << "</PUnstructuredGrid>\n</VTKFile>\n";
   });
 }
 

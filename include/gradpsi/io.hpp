@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -67,10 +68,19 @@ void write_text(const std::filesystem::path& file, std::string_view text);
 /// are, in quotes if need be; they must not hold commas or line ends.
 void write_csv(const std::filesystem::path& file, const Table& table);
 
+/// The same for rows that come piece by piece: next() gives tables of the same columns, one below the other,
+/// the first of which gives the names, until it returns false.
+void write_csv(const std::filesystem::path& file, const std::function<bool(Table&)>& next);
+
 /// Points as vertices of a VTK unstructured grid (binary XML, for ParaView): x, y, z are the
 /// positions, missing ones 0, and every other column is point data.
 /// @throws InvalidInput  if there is no column x
 void write_vtu(const std::filesystem::path& file, const Table& table);
+
+/// A .pvtu: pieces of one cloud, each written by write_vtu() with these columns, in files beside it.
+/// @param names  of the columns, x, y, z among them or not
+void write_pvtu(const std::filesystem::path& file, const std::vector<std::string>& names,
+                const std::vector<std::filesystem::path>& pieces);
 
 /// A ParaView collection (.pvd): files beside it, each with its time.
 void write_pvd(const std::filesystem::path& file,
