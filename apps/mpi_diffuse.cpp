@@ -188,7 +188,7 @@ class MpiProblem {
     gradpsi::DiffusionOptions diffusion;
     together(comm(), [&] { diffusion = equation(options_, own_, partition_->cloud()); });
     near_ = {};
-    return {*mine_, op, conditions, diffusion};
+    return {*mine_, std::move(op), conditions, diffusion};
   }
 
   /// The points that this process read, with the field of own points.

@@ -7,6 +7,7 @@
 
 #include "csr.hpp"
 #include "gradpsi/error.hpp"
+#include "memory.hpp"
 #include "parallel.hpp"
 #include "resize.hpp"
 #include "text.hpp"
@@ -123,15 +124,15 @@ SparseMatrix wall_rows(const WallConditions& walls, int points) {
 
 /// Those of a row-wise matrix's columns whose place is not negative, at their place.
 template <class Rows>
-SparseMatrix chosen_columns(int row_count, int column_count, const std::vector<int>& places,
-                            const Rows& for_each_entry) {
-  SparseMatrix matrix(row_count, column_count);
+void choose_columns(SparseMatrix& matrix, int row_count, int column_count,
+                    const std::vector<int>& places, const Rows& for_each_entry) {
+  matrix.resize(row_count, column_count);
   int* const outer = matrix.outerIndexPtr();
   for (int u = 0; u < row_count; ++u) {
     outer[u + 1] = outer[u];
     for_each_entry(u, [&](int j, double) { outer[u + 1] += places[j] >= 0; });
   }
-  matrix.resizeNonZeros(outer[row_count]);
+  resize_in_large_pages(matrix, outer[row_count]);
   for (int u = 0; u < row_count; ++u) {
     int at = outer[u];
     for_each_entry(u, [&](int j, double value) {
@@ -140,7 +141,6 @@ SparseMatrix chosen_columns(int row_count, int column_count, const std::vector<i
       matrix.valuePtr()[at++] = value;
     });
   }
-  return matrix;
 }
 
 /// The largest entry of a wall's row, with the sign of its diagonal.
@@ -264,9 +264,9 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
     for (SparseMatrix::InnerIterator a(source, k >= 0 ? k : psi_row[row]); a; ++a)
       f(static_cast<int>(a.col()), factor * a.value());
   };
-  matrix = chosen_columns(count, static_cast<int>(columns_.size()), column_place, for_each_entry);
-  coupling_ =
-      chosen_columns(count, static_cast<int>(fixed_.points.size()), fixed_place, for_each_entry);
+  choose_columns(matrix, count, static_cast<int>(columns_.size()), column_place, for_each_entry);
+  choose_columns(coupling_, count, static_cast<int>(fixed_.points.size()), fixed_place,
+                 for_each_entry);
   coupling_ *= -1;
 
   diagonal_ = Eigen::VectorXd::Zero(count);
@@ -348,13 +348,14 @@ ImplicitDiffusion::ImplicitDiffusion(const Cloud& cloud, const Operator& laplaci
                                      const DiffusionOptions& options)
     : points_(cloud.size()),
       system_(cloud, with_all_rows(laplacian), conditions, options),
-      solver_(std::move(system_.matrix), options.solver, std::move(system_.points)),
+      // Eigen 3.4 copies what is moved, unless told that it may take it.
+      solver_(system_.matrix.markAsRValue(), options.solver, std::move(system_.points)),
       threads_(options.solver.threads) {}
 
 void ImplicitDiffusion::set_time_step(double time_step) {
   SparseMatrix matrix = solver_.matrix();
   system_.set_time_step(time_step, matrix);
-  solver_.refactor(std::move(matrix));
+  solver_.refactor(matrix.markAsRValue());
 }
 
 SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {

@@ -157,12 +157,12 @@ std::vector<Handle<Mat>> matrices(const Subdomain& mine, const Operator& op);
 class ImplicitDiffusion {
  public:
   /// @param mine        own points and halo, which must outlive this
-  /// @param laplacian   rows of all own points, in order
+  /// @param laplacian   rows of all own points, in order; moved in, its memory is free as soon as can be
   /// @param conditions  of own points, by their places in mine.cloud()
   /// @param options     source: a value for each own point; solver.memory: of all processes together
   /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion
-  ImplicitDiffusion(const Subdomain& mine, const Operator& laplacian,
-                    const BoundaryConditions& conditions, const DiffusionOptions& options);
+  ImplicitDiffusion(const Subdomain& mine, Operator laplacian, const BoundaryConditions& conditions,
+                    const DiffusionOptions& options);
   /// What was moved from can only be destroyed.
   ImplicitDiffusion(ImplicitDiffusion&&) noexcept;
   ~ImplicitDiffusion();

@@ -533,7 +533,7 @@ class Solver {
 }  // namespace
 
 struct ImplicitDiffusion::State {
-  State(const Subdomain& mine, const Operator& laplacian, const BoundaryConditions& conditions,
+  State(const Subdomain& mine, Operator&& laplacian, const BoundaryConditions& conditions,
         const DiffusionOptions& options);
 
   const Subdomain& mine;
@@ -543,7 +543,7 @@ struct ImplicitDiffusion::State {
   Eigen::VectorXd product, rhs, solution;
 };
 
-ImplicitDiffusion::State::State(const Subdomain& mine, const Operator& laplacian,
+ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
                                 const BoundaryConditions& conditions,
                                 const DiffusionOptions& options)
     : mine(mine) {
@@ -560,6 +560,7 @@ ImplicitDiffusion::State::State(const Subdomain& mine, const Operator& laplacian
   DiffusionOptions equation = options;
   if (anywhere(comm, options.source.size() > 0)) equation.source = mine.spread(options.source);
   together(comm, [&] { system.emplace(mine.cloud(), laplacian, all, equation); });
+  laplacian = {};
 
   const auto [columns, diagonal, unknowns] = numbering(mine, *system);
   if (unknowns == 0) {
@@ -583,10 +584,10 @@ ImplicitDiffusion::State::State(const Subdomain& mine, const Operator& laplacian
   for (Eigen::VectorXd* v : {&product, &rhs, &solution}) v->resize(std::ssize(sums));
 }
 
-ImplicitDiffusion::ImplicitDiffusion(const Subdomain& mine, const Operator& laplacian,
+ImplicitDiffusion::ImplicitDiffusion(const Subdomain& mine, Operator laplacian,
                                      const BoundaryConditions& conditions,
                                      const DiffusionOptions& options)
-    : state_(std::make_unique<State>(mine, laplacian, conditions, options)) {}
+    : state_(std::make_unique<State>(mine, std::move(laplacian), conditions, options)) {}
 ImplicitDiffusion::ImplicitDiffusion(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion::~ImplicitDiffusion() = default;
 
