@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -91,6 +92,7 @@ struct LinearSolver::State {
               const FactorReport& factor = {});
   bool has_points() const { return points.cloud.size() > 0; }
   std::string row(int i) const;
+  std::vector<int> all_rows() const;
 
   // Solving
   bool is_solution(int column, double& residual);
@@ -130,6 +132,12 @@ LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options, 
 std::string LinearSolver::State::row(int i) const {
   return has_points() ? "point " + std::to_string(points.cloud.number(i))
                       : "row " + std::to_string(i);
+}
+
+std::vector<int> LinearSolver::State::all_rows() const {
+  std::vector<int> rows(n);
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
 }
 
 void LinearSolver::State::check() const {
@@ -327,7 +335,11 @@ void LinearSolver::State::correct_walls(const double* r, double* z) {
 
 /// Whether the twin fits the memory and is positive definite.
 bool LinearSolver::State::factorise_twin() {
-  const SparseMatrix matrix = compact_twin(A, points.cloud, points.walls, options.threads);
+  const std::vector<int> rows = all_rows();
+  SparseMatrix matrix;
+  compact_twin(A, points.cloud, rows,
+               twin_scales(A, points.cloud, rows, points.walls, options.threads), options.threads,
+               matrix);
   try {
     if (!twin) twin.emplace(matrix, scale, elimination(matrix), options.memory, options.threads);
     return twin->factorise(matrix);
@@ -339,7 +351,7 @@ bool LinearSolver::State::factorise_twin() {
 /// dt nu / dx^2 at the median row, infinity in a steady problem; NaN if there are no volumes to tell.
 double LinearSolver::State::stiffness() const {
   if (!points.cloud.has_volumes()) return std::numeric_limits<double>::quiet_NaN();
-  Eigen::VectorXd ratios = row_diffusivities(A, points.cloud, options.threads);
+  Eigen::VectorXd ratios = row_diffusivities(A, points.cloud, all_rows(), options.threads);
   for (int i = 0; i < n; ++i) {
     double sum = 0, size = 0;
     for (SparseMatrix::InnerIterator a(A, i); a; ++a) {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <limits>
+#include <numeric>
 #include <thread>
 
 #include "../lib/dissection.hpp"
@@ -432,10 +433,13 @@ TEST(Twin, ActsOnSmoothFieldsAsTheMatrixDoes) {
   const double c = 3e-4;
   SparseMatrix A = -c * assemble("laplacian-mixed-soc", cloud, near).matrix();
   for (int i = 0; i < A.rows(); ++i) A.coeffRef(i, i) += 1;
-  const Eigen::VectorXd m = row_diffusivities(A, cloud, 0);
+  std::vector<int> rows(cloud.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  const Eigen::VectorXd m = row_diffusivities(A, cloud, rows, 0);
   EXPECT_LT((m.array() / c - 1).abs().maxCoeff(), 1e-10);
-  const SparseMatrix upper =
-      (cloud.volumes().asDiagonal() * compact_twin(A, cloud, {}, 0)).triangularView<Eigen::Upper>();
+  SparseMatrix twin;
+  compact_twin(A, cloud, rows, twin_scales(A, cloud, rows, {}, 0), 0, twin);
+  const SparseMatrix upper = (cloud.volumes().asDiagonal() * twin).triangularView<Eigen::Upper>();
   const Eigen::MatrixXd S = Eigen::MatrixXd(upper).selfadjointView<Eigen::Upper>();
   EXPECT_LT(2 * upper.nonZeros(), A.nonZeros());
   EXPECT_EQ(Eigen::MatrixXd(S).llt().info(), Eigen::Success);

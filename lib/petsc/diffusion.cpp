@@ -4,14 +4,14 @@
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 
-#include "../dispatch.hpp"
 #include "../matrix_checks.hpp"
-#include "../points.hpp"
 #include "../sets.hpp"
 #include "../stopwatch.hpp"
 #include "../text.hpp"
+#include "../twin.hpp"
 #include "collective.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
@@ -20,8 +20,21 @@
 namespace gradpsi::petsc {
 namespace {
 
-/// dt nu / dx^2 up to which the diagonal preconditions well, measured in benchmarks/README.md.
-constexpr double short_step = 30;
+/// Whether multigrid is worth its set-up, by the iterations that the diagonal would take: they grow with a
+/// step's reach, sqrt(dt nu), until that is the whole domain. Measured in benchmarks/README.md.
+bool needs_multigrid(double ratio, double unknowns, int dimension) {
+  const double width = std::pow(unknowns, 1.0 / dimension);
+  const double iterations = std::min(10 * std::sqrt(ratio), 1.3 * width);
+  return iterations > 60;
+}
+
+/// Options of BoomerAMG for rows that are longer than those of finite elements, of which its defaults make dense
+/// ones: with them it takes a third of the time in three dimensions. The last is for these only.
+using Option = std::pair<const char*, const char*>;
+constexpr std::array<Option, 4> for_long_rows = {{{"-pc_hypre_boomeramg_coarsen_type", "HMIS"},
+                                                  {"-pc_hypre_boomeramg_interp_type", "ext+i"},
+                                                  {"-pc_hypre_boomeramg_P_max", "4"},
+                                                  {"-pc_hypre_boomeramg_agg_nl", "1"}}};
 
 /// The place of a subdomain's points among own ones; -1: halo.
 std::vector<int> own_places(const Subdomain& mine) {
@@ -81,6 +94,15 @@ Numbering numbering(const Subdomain& mine, const DiffusionSystem& system) {
   for (std::size_t k = 0; k < system.rows().size(); ++k)
     result.diagonal[k] = column[system.rows()[k]];
   return result;
+}
+
+/// What belongs to rows, for all columns of the system.
+Eigen::VectorXd column_values(const Subdomain& mine, const DiffusionSystem& system,
+                              const Eigen::VectorXd& of_rows) {
+  const std::vector<int> place = own_places(mine);
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(std::ssize(mine.own()));
+  for (Eigen::Index k = 0; k < of_rows.size(); ++k) own[place[system.rows()[k]]] = of_rows[k];
+  return mine.spread(own)(system.columns(), 0);
 }
 
 struct RowSum {
@@ -162,16 +184,23 @@ void check_floating(const Subdomain& mine, const DiffusionSystem& system,
   });
 }
 
-/// dt nu / dx^2 of a row, infinity where it sums to zero.
-template <int D>
-double stiffness(const Cloud& cloud, const DiffusionSystem& system, int k, const RowSum& row) {
-  if (!(row.sum > 0) || vanishes(row.sum, row.size)) return std::numeric_limits<double>::infinity();
-  double diffusivity = 0;
-  const int i = system.rows()[k];
-  for (SparseMatrix::InnerIterator a(system.matrix, k); a; ++a)
-    diffusivity -=
-        a.value() * displacement<D>(cloud, i, system.columns()[a.col()]).squaredNorm() / (2 * D);
-  return diffusivity / (row.sum * std::pow(system.points.cloud.volumes()[k], 2.0 / D));
+/// The points of the system's columns, with their volumes.
+Cloud column_points(const Cloud& cloud, const Eigen::VectorXd& volumes,
+                    const std::vector<int>& columns) {
+  return Cloud(cloud.positions()(columns, Eigen::all),
+               {.volumes = volumes(columns), .box = cloud.box()});
+}
+
+/// dt nu / dx^2 at the median row; infinity counts where a row sums to zero.
+double stiffness(MPI_Comm comm, const SparseMatrix& A, const Cloud& points,
+                 const std::vector<int>& diagonal, const std::vector<RowSum>& sums, int threads) {
+  Eigen::VectorXd ratios = row_diffusivities(A, points, diagonal, threads);
+  for (Eigen::Index k = 0; k < ratios.size(); ++k)
+    ratios[k] = sums[k].sum > 0 && !vanishes(sums[k].sum, sums[k].size)
+                    ? ratios[k] / (sums[k].sum * std::pow(points.volumes()[diagonal[k]],
+                                                          2.0 / points.dimension()))
+                    : std::numeric_limits<double>::infinity();
+  return median(comm, ratios);
 }
 
 /// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row.
@@ -247,13 +276,130 @@ bool has_option(const char* name) {
   return there == PETSC_TRUE;
 }
 
+/// Options that are in PETSc's database for a while, unless the user has set them.
+class Defaults {
+ public:
+  explicit Defaults(std::span<const Option> options) {
+    for (const auto& [name, value] : options) {
+      if (has_option(name)) continue;
+      check(PetscOptionsSetValue(nullptr, name, value));
+      set_.push_back(name);
+    }
+  }
+  Defaults(const Defaults&) = delete;
+  ~Defaults() {
+    for (const char* name : set_) PetscOptionsClearValue(nullptr, name);
+  }
+
+ private:
+  std::vector<const char*> set_;
+};
+
+struct Release {
+  void operator()(PC object) const { PCDestroy(&object); }
+  void operator()(IS object) const { ISDestroy(&object); }
+};
+template <class Object>
+using Owned = std::unique_ptr<std::remove_pointer_t<Object>, Release>;
+
+Handle<Mat> part_of(Mat A, IS rows, IS columns) {
+  Mat part;
+  check(MatCreateSubMatrix(A, rows, columns, MAT_INITIAL_MATRIX, &part));
+  return Handle<Mat>(part);
+}
+
+/// MUMPS's factors as a preconditioner. `memory`: bytes for all processes, 0: as many as it takes.
+void set_mumps(MPI_Comm comm, PC pc, bool cholesky, double memory) {
+  Mat factor;
+  check(PCSetType(pc, cholesky ? PCCHOLESKY : PCLU));
+  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  check(PCFactorSetUpMatSolverType(pc));
+  check(PCFactorGetMatrix(pc, &factor));
+  check(MatMumpsSetIcntl(factor, 14,
+                         100));  // per cent more workspace than estimated: 20 can be too few
+  if (memory == 0) return;
+  const double megabytes = memory / processes(comm) / 1e6;
+  check(MatMumpsSetIcntl(factor, 23, std::max(1, static_cast<int>(std::min(megabytes, 1e9)))));
+}
+
+/// Neither a diagonal nor a twin knows anything of boundary conditions, and a preconditioner that gets them
+/// wrong costs hundreds of iterations: their rows are factorised among themselves and correct what another
+/// preconditioner has done.
+class WallCorrection {
+ public:
+  /// @param walls  among this process's rows
+  WallCorrection(MPI_Comm comm, Mat A, const std::vector<int>& walls) {
+    PetscInt first, end;
+    check(MatGetOwnershipRange(A, &first, &end));
+    std::vector<PetscInt> numbers;
+    for (const int k : walls) numbers.push_back(first + k);
+    std::ranges::sort(numbers);
+    IS set;
+    check(ISCreateGeneral(comm, static_cast<PetscInt>(numbers.size()), numbers.data(),
+                          PETSC_COPY_VALUES, &set));
+    const Owned<IS> rows(set);
+    check(ISCreateStride(comm, end - first, first, 1, &set));
+    const Owned<IS> all(set);
+    rows_ = part_of(A, rows.get(), all.get());
+    among_ = part_of(A, rows.get(), rows.get());
+    Vec b, x;
+    check(MatCreateVecs(among_.get(), &x, &b));
+    residual_.reset(b);
+    correction_.reset(x);
+    const auto full = vector_like(A);
+    VecScatter scatter;
+    check(VecScatterCreate(full.get(), rows.get(), b, nullptr, &scatter));
+    scatter_.reset(scatter);
+    KSP ksp;
+    PC pc;
+    check(KSPCreate(comm, &ksp));
+    ksp_.reset(ksp);
+    check(KSPSetOperators(ksp, among_.get(), among_.get()));
+    check(KSPSetType(ksp, KSPPREONLY));
+    check(KSPGetPC(ksp, &pc));
+    set_mumps(comm, pc, false, 0);
+    check(KSPSetUp(ksp));
+    PCFailedReason failure;
+    check(PCGetFailedReason(pc, &failure));
+    if (anywhere(comm, failure != PC_NOERROR)) ksp_.reset();  // singular: without, then
+  }
+
+  /// Makes z meet the boundary conditions, given the residuals r.
+  void correct(Vec r, Vec z) const {
+    if (!ksp_) return;
+    check(MatMult(rows_.get(), z, residual_.get()));
+    check(VecScale(residual_.get(), -1));
+    check(VecScatterBegin(scatter_.get(), r, residual_.get(), ADD_VALUES, SCATTER_FORWARD));
+    check(VecScatterEnd(scatter_.get(), r, residual_.get(), ADD_VALUES, SCATTER_FORWARD));
+    check(KSPSolve(ksp_.get(), residual_.get(), correction_.get()));
+    check(VecScatterBegin(scatter_.get(), correction_.get(), z, ADD_VALUES, SCATTER_REVERSE));
+    check(VecScatterEnd(scatter_.get(), correction_.get(), z, ADD_VALUES, SCATTER_REVERSE));
+  }
+
+ private:
+  Handle<Mat> rows_, among_;
+  Handle<Vec> residual_, correction_;
+  Handle<PetscSF> scatter_;
+  Handle<KSP> ksp_;
+};
+
+/// What a solver is chosen by.
+struct Traits {
+  bool dominant, multigrid;
+  double ratio;  // dt nu / dx^2
+  int dimension;
+};
+
 /// A x = b, solved by PETSc.
 class Solver {
  public:
-  Solver(MPI_Comm comm, Handle<Mat> A, const Eigen::VectorXd& volumes, bool dominant, double ratio,
-         const SolverOptions& options)
+  /// @param twin   what multigrid is made of, or null: A itself
+  /// @param walls  rows with a boundary condition
+  Solver(MPI_Comm comm, Handle<Mat> A, Handle<Mat> twin, const Eigen::VectorXd& volumes,
+         const std::vector<int>& walls, const Traits& traits, const SolverOptions& options)
       : comm_(comm),
         A_(std::move(A)),
+        twin_(std::move(twin)),
         options_(options),
         scale_(Eigen::VectorXd::Ones(volumes.size())) {
     // Scaled in place, and back again if that does not make it symmetric.
@@ -263,6 +409,7 @@ class Solver {
     symmetric_ = is_symmetric(A_.get());
     if (symmetric_) {
       scale_ = volumes;
+      if (twin_) check(MatDiagonalScale(twin_.get(), v.get(), nullptr));
     } else {
       for_each_entry(v.get(), [&](PetscInt k, double& x) { x = 1 / volumes[k]; });
       check(MatDiagonalScale(A_.get(), v.get(), nullptr));
@@ -270,7 +417,7 @@ class Solver {
     b_ = vector_like(A_.get());
     x_ = vector_like(A_.get());
     r_ = vector_like(A_.get());
-    set_up(dominant, ratio);
+    set_up(walls, traits);
   }
 
   const SolverReport& report() const { return report_; }
@@ -313,13 +460,15 @@ class Solver {
   }
 
  private:
-  void set_up(bool dominant, double ratio) {
+  void set_up(const std::vector<int>& walls, const Traits& traits) {
     const bool chosen = has_option("-ksp_type") || has_option("-pc_type");
-    std::string reason = symmetric_ ? "the matrix is symmetric" : "the matrix is not symmetric";
-    if (!dominant) reason += " or not diagonally dominant";
-    if (symmetric_ && !dominant) reason = "the matrix is symmetric but not diagonally dominant";
-    if (!symmetric_) reason = "the matrix is not symmetric";
-    reason += ", with dt nu / dx^2 = " + rounded(ratio);
+    PetscInt unknowns;
+    check(MatGetSize(A_.get(), &unknowns, nullptr));
+    std::string reason = !symmetric_       ? "the matrix is not symmetric"
+                         : traits.dominant ? "the matrix is symmetric"
+                                           : "the matrix is symmetric but not diagonally dominant";
+    reason += ", of " + std::to_string(unknowns) +
+              " unknowns, with dt nu / dx^2 = " + rounded(traits.ratio);
     if (chosen) reason = "as asked by PETSc's options";
     switch (options_.method) {
       case Method::Cholesky:
@@ -334,35 +483,61 @@ class Solver {
       case Method::Krylov: reason = chosen ? reason : "as asked"; break;
       case Method::Auto: fallback_ = !chosen; break;
     }
-    const PC pc = new_solver(symmetric_ && dominant ? KSPCG : KSPBCGS);
-    if (ratio <= short_step) {
-      check(PCSetType(pc, PCJACOBI));
-    } else {
+    PC pc = new_solver(symmetric_ && traits.dominant ? KSPCG : KSPBCGS);
+    const Defaults defaults(
+        std::span<const Option>(for_long_rows).first(traits.dimension == 3 ? 4 : 3));
+    if (!has_option("-pc_type") && anywhere(comm_, !walls.empty()))
+      pc = corrected_at_walls(pc, walls);
+    if (traits.multigrid) {
       check(PCSetType(pc, PCHYPRE));
       check(PCHYPRESetType(pc, "boomeramg"));
+    } else {
+      check(PCSetType(pc, PCJACOBI));
+    }
+    if (inner_) {
+      check(PCSetFromOptions(pc));
+      check(PCSetUp(pc));
     }
     finish(Method::Krylov, reason);
   }
 
+  /// The preconditioner within one that corrects the rows of walls.
+  PC corrected_at_walls(PC outer, const std::vector<int>& walls) {
+    walls_.emplace(comm_, A_.get(), walls);
+    PC inner;
+    check(PCCreate(comm_, &inner));
+    inner_.reset(inner);
+    check(PCSetOperators(inner, A_.get(), twin_ ? twin_.get() : A_.get()));
+    check(PCSetType(outer, PCSHELL));
+    check(PCShellSetContext(outer, this));
+    check(PCShellSetApply(outer, [](PC shell, Vec r, Vec z) -> PetscErrorCode {
+      void* self;
+      PetscErrorCode code = PCShellGetContext(shell, &self);
+      if (code != 0) return code;
+      try {
+        const auto& solver = *static_cast<const Solver*>(self);
+        check(PCApply(solver.inner_.get(), r, z));
+        solver.walls_->correct(r, z);
+      } catch (const std::exception&) {
+        return PETSC_ERR_LIB;
+      }
+      return 0;
+    }));
+    return inner;
+  }
+
   void factorise(Method method, const std::string& reason) {
     const bool cholesky = method == Method::Cholesky;
+    fallback_ = false;
+    twin_.reset();
     const PC pc = new_solver(KSPPREONLY);
     if (cholesky) check(MatSetOption(A_.get(), MAT_SPD, PETSC_TRUE));
-    check(PCSetType(pc, cholesky ? PCCHOLESKY : PCLU));
-    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-    Mat factor;
-    check(PCFactorSetUpMatSolverType(pc));
-    check(PCFactorGetMatrix(pc, &factor));
-    check(MatMumpsSetIcntl(factor, 14,
-                           100));  // per cent more workspace than estimated: 20 can be too few
-    if (options_.memory > 0) {
-      const double megabytes = options_.memory / processes(comm_) / 1e6;
-      check(MatMumpsSetIcntl(factor, 23, std::max(1, static_cast<int>(std::min(megabytes, 1e9)))));
-    }
-    fallback_ = false;
+    set_mumps(comm_, pc, cholesky, options_.memory);
     finish(method, reason);
     if (!cholesky) return;
+    Mat factor;
     PetscInt negative_pivots;
+    check(PCFactorGetMatrix(pc, &factor));
     check(MatMumpsGetInfog(factor, 12, &negative_pivots));
     if (negative_pivots > 0) throw_indefinite();
   }
@@ -379,9 +554,11 @@ class Solver {
     PC pc;
     check(KSPCreate(comm_, &ksp));
     ksp_.reset(ksp);
-    check(KSPSetOperators(ksp, A_.get(), A_.get()));
+    check(KSPSetOperators(ksp, A_.get(), twin_ ? twin_.get() : A_.get()));
     check(KSPSetType(ksp, type));
     check(KSPGetPC(ksp, &pc));
+    inner_.reset();
+    walls_.reset();
     return pc;
   }
 
@@ -396,7 +573,7 @@ class Solver {
     PC pc;
     check(KSPGetType(ksp, &type));
     check(KSPGetPC(ksp, &pc));
-    check(PCGetType(pc, &pc_type));
+    check(PCGetType(inner_ ? inner_.get() : pc, &pc_type));
     const std::string solver = type, preconditioner = pc_type;
     if (solver != KSPPREONLY) check(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
     if (solver == KSPCG && !has_option("-ksp_norm_type"))
@@ -521,11 +698,13 @@ class Solver {
   }
 
   MPI_Comm comm_;
-  Handle<Mat> A_;
+  Handle<Mat> A_, twin_;
   SolverOptions options_;
   Eigen::VectorXd scale_;  // of rows: the points' volumes if that makes A symmetric, or 1
   bool symmetric_ = false, fallback_ = false;
   Handle<Vec> b_, x_, r_;
+  std::optional<WallCorrection> walls_;
+  Owned<PC> inner_;  // what that corrects
   Handle<KSP> ksp_;
   SolverReport report_;
 };
@@ -551,6 +730,9 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   together(comm, [&] {
     if (laplacian.points != mine.own())
       throw InvalidInput("the Laplacian does not have the rows of all own points, in order");
+    if (laplacian.volumes.size() != mine.cloud().size())
+      throw InvalidInput("the Laplacian has " + std::to_string(laplacian.volumes.size()) +
+                         " volumes for " + std::to_string(mine.cloud().size()) + " points");
     if (options.source.size() != 0 && options.source.size() != std::ssize(mine.own()))
       throw InvalidInput("the source has " + std::to_string(options.source.size()) +
                          " entries for " + std::to_string(mine.own().size()) + " points");
@@ -560,6 +742,7 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   DiffusionOptions equation = options;
   if (anywhere(comm, options.source.size() > 0)) equation.source = mine.spread(options.source);
   together(comm, [&] { system.emplace(mine.cloud(), laplacian, all, equation); });
+  const Cloud points = column_points(mine.cloud(), laplacian.volumes, system->columns());
   laplacian = {};
 
   const auto [columns, diagonal, unknowns] = numbering(mine, *system);
@@ -567,19 +750,31 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
     nothing = {Method::Krylov, "nothing", "there are no unknowns", 0, {}};
     return;
   }
+  const int threads = options.solver.threads;
+  const std::vector<int>& walls = system->points.walls;
   const std::vector<RowSum> sums = row_sums(system->matrix);
   together(comm, [&] { check_rows(mine.cloud(), *system, sums); });
   check_floating(mine, *system, sums);
-  const bool dominant = !anywhere(comm, !is_dominant(system->matrix, diagonal, sums));
-  Eigen::VectorXd ratios(std::ssize(sums));
-  dispatch(mine.cloud().dimension(), [&](auto d) {
-    for (int k = 0; k < ratios.size(); ++k)
-      ratios[k] = stiffness<decltype(d)::value>(mine.cloud(), *system, k, sums[k]);
-  });
-  const double ratio = median(comm, ratios);
+  Traits traits{.dominant = !anywhere(comm, !is_dominant(system->matrix, diagonal, sums)),
+                .multigrid = false,
+                .ratio = stiffness(comm, system->matrix, points, diagonal, sums, threads),
+                .dimension = points.dimension()};
+  traits.multigrid = needs_multigrid(traits.ratio, static_cast<double>(unknowns), traits.dimension);
+  const Method method = options.solver.method;
+  Handle<Mat> twin;
+  const bool iterates = method == Method::Auto || method == Method::Krylov;
+  // The twin is worth its making where A has long rows or rows that multigrid cannot use.
+  const bool wanted = traits.dimension == 3 || anywhere(comm, !walls.empty());
+  if (traits.multigrid && iterates && wanted && !has_option("-pc_type")) {
+    const Eigen::VectorXd scales =
+        column_values(mine, *system, twin_scales(system->matrix, points, diagonal, walls, threads));
+    SparseMatrix rows;
+    together(comm, [&] { compact_twin(system->matrix, points, diagonal, scales, threads, rows); });
+    twin = make_matrix(comm, rows, columns);
+  }
   Handle<Mat> A = make_matrix(comm, system->matrix, columns);
   system->matrix = SparseMatrix();
-  solver.emplace(comm, std::move(A), system->points.cloud.volumes(), dominant, ratio,
+  solver.emplace(comm, std::move(A), std::move(twin), system->points.cloud.volumes(), walls, traits,
                  options.solver);
   for (Eigen::VectorXd* v : {&product, &rhs, &solution}) v->resize(std::ssize(sums));
 }
