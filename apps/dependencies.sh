@@ -22,3 +22,5 @@ install_missing() {
 
 gradpsi_packages=(g++ cmake ninja-build libeigen3-dev libnanoflann-dev libspectra-dev
   libsuitesparse-dev libopenblas0-pthread libcli11-dev nlohmann-json3-dev gnuplot-nox fonts-dejavu-core)
+# For -DGRADPSI_WITH_PETSC=ON: PETSc with hypre, MUMPS and Zoltan, and MPI.
+petsc_packages=(petsc-dev openmpi-bin pkg-config)

@@ -127,8 +127,7 @@ nlohmann::ordered_json all_degenerate_rows(const gradpsi::Operator& op,
 }
 
 /// Of all processes, with the number of its point.
-std::optional<std::pair<double, std::int64_t>> worst_condition(const gradpsi::Operator& op,
-                                                               const petsc::Subdomain& mine) {
+WorstRow worst_condition(const gradpsi::Operator& op, const petsc::Subdomain& mine) {
   constexpr auto none = std::numeric_limits<std::int64_t>::max();
   double least = std::numeric_limits<double>::infinity();
   std::int64_t point = none;
@@ -158,8 +157,8 @@ class MpiProblem {
       partition_.emplace(partition_of(given_, options));
     }
     own_ = {given_.table.names, partition_->to_owners(given_.table.values)};
-    report.report = first_report(options, given_.all, read - given_.all, watch.lap());
-    report.report["processes"] = petsc::processes(comm());
+    report = first_report(options, given_.all, read - given_.all, watch.lap());
+    report["processes"] = petsc::processes(comm());
   }
 
   const petsc::Partition& partition() const { return *partition_; }
@@ -198,8 +197,10 @@ class MpiProblem {
   }
   std::int64_t first_given() const { return given_.first; }
 
-  Problem report = {
-      {}, gradpsi::Cloud(gradpsi::Positions(0, 1)), {}, {}, {}};  ///< what is said; no points
+  bool has_support_column() const { return own_.has("support"); }
+
+  nlohmann::ordered_json report;  ///< what --report writes
+  WorstRow worst;
 
  private:
   void find_neighbours() {
@@ -216,8 +217,8 @@ class MpiProblem {
       if (length > 0) reach = reach.cwiseMin(length / 2).cwiseMax(h);
     mine_.emplace(*partition_, reach);
     near_ = petsc::find_neighbours(*mine_, h, options_.threads);
-    warn(*mine_, near_, options_.threads, report.report);
-    report.report["seconds"]["search"] = watch.lap();
+    warn(*mine_, near_, options_.threads, report);
+    report["seconds"]["search"] = watch.lap();
   }
 
   gradpsi::Operator assemble(const std::vector<int>& unused) {
@@ -232,16 +233,15 @@ class MpiProblem {
       op = some_unused ? assembled(options_, assembly, unused, mine_->cloud().size(), rows_of)
                        : rows_of(options_.scheme, assembly);
     } catch (const gradpsi::StencilError& error) {
-      throw std::runtime_error(advice(error, report.report));
+      throw std::runtime_error(advice(error, report));
     }
-    auto& said = report.report;
-    said["seconds"]["weights"] = watch.lap();
-    said["entries"] = petsc::sum_of(comm(), std::int64_t{op.matrix().nonZeros()});
-    said["neighbours"] = neighbour_counts(*mine_, near_);
+    report["seconds"]["weights"] = watch.lap();
+    report["entries"] = petsc::sum_of(comm(), std::int64_t{op.matrix().nonZeros()});
+    report["neighbours"] = neighbour_counts(*mine_, near_);
     const std::int64_t degenerate = petsc::sum_of(comm(), std::int64_t{op.rows.degenerate()});
-    said["degenerate_rows"] = degenerate;
-    if (degenerate > 0) said["degenerate"] = all_degenerate_rows(op, mine_->cloud());
-    report.worst = worst_condition(op, *mine_);
+    report["degenerate_rows"] = degenerate;
+    if (degenerate > 0) report["degenerate"] = all_degenerate_rows(op, mine_->cloud());
+    worst = worst_condition(op, *mine_);
     return op;
   }
 
@@ -261,7 +261,7 @@ class MpiProblem {
     const std::int64_t degenerate = petsc::sum_of(comm(), std::int64_t{gradient.rows.degenerate()});
     if (degenerate > 0) {
       if (is_first()) std::cout << gradient_note(options_, degenerate, count);
-      auto& all = report.report["degenerate_rows"];
+      auto& all = report["degenerate_rows"];
       all = all.get<std::int64_t>() + degenerate;
     }
     walls.gradient = std::move(gradient.axes);
@@ -425,14 +425,15 @@ void run(const DiffuseOptions& options) {
   Stopwatch watch;
   const gradpsi::Table part = problem.given_with(u);
   csv ? write_csv_together(output, part) : write_pieces(options, output, part);
-  auto& report = problem.report.report;
+  auto& report = problem.report;
   report["seconds"]["write"] = watch.lap();
   report["solver"] = json(heat.solver());
   report["steps"] = steps;
   write_report(options, report);
   const bool drawn = draw(picture, options, problem, part);
   const Range after = range_of_all(u);
-  if (is_first() && print_summary(options, problem.report, {output}))
+  if (is_first() &&
+      print_summary(options, report, problem.worst, problem.has_support_column(), {output}))
     print_solution(options, heat.solver(), steps, before, after, picture, drawn);
 }
 

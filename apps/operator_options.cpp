@@ -325,12 +325,11 @@ bool write_and_report(const OperatorOptions& options, Problem& problem,
   auto& report = problem.report;
   report["seconds"]["write"] = watch.lap();
   write_report(options, problem);
-  return print_summary(options, problem, files);
+  return print_summary(options, report, problem.worst, problem.table.has("support"), files);
 }
 
-bool print_summary(const OperatorOptions& options, const Problem& problem,
-                   const std::vector<path>& files) {
-  const auto& report = problem.report;
+bool print_summary(const OperatorOptions& options, const nlohmann::ordered_json& report,
+                   const WorstRow& worst, bool support_column, const std::vector<path>& files) {
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
   std::cout << options.scheme << ": " << report["points"] << " points, " << report["entries"]
@@ -339,11 +338,11 @@ bool print_summary(const OperatorOptions& options, const Problem& problem,
   std::cout << '\n';
   if (report["dropped_points"] > 0)
     std::cout << "coincident points dropped: " << report["dropped_points"] << '\n';
-  if ((options.support || options.support_ratio) && problem.table.has("support"))
+  if ((options.support || options.support_ratio) && support_column)
     std::cout << "supports are those of the column 'support', not of the option\n";
-  if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc && problem.worst)
-    std::cout << "smallest reciprocal condition number " << problem.worst->first << ", at point "
-              << problem.worst->second << '\n';
+  if (gradpsi::Scheme(options.scheme).consistency != gradpsi::Consistency::Zoc && worst)
+    std::cout << "smallest reciprocal condition number " << worst->first << ", at point "
+              << worst->second << '\n';
   if (report.contains("degenerate")) {
     const auto& degenerate = report["degenerate"];
     const std::size_t count = degenerate["rows"].size();

@@ -29,6 +29,9 @@ struct OperatorOptions {
   void add_points_to(CLI::App& command);
 };
 
+/// The smallest reciprocal condition number and its point, if there are rows.
+using WorstRow = std::optional<std::pair<double, std::int64_t>>;
+
 /// The points of a file, coincident ones dropped if so wished, and the operator on them.
 struct Problem {
   gradpsi::Table table;
@@ -36,8 +39,7 @@ struct Problem {
   gradpsi::Neighbours near;
   gradpsi::Operator op;
   nlohmann::ordered_json report;  ///< what --report writes
-  /// The smallest reciprocal condition number and its point, if there are rows.
-  std::optional<std::pair<double, std::int64_t>> worst = {};
+  WorstRow worst = {};
 };
 
 /// Volumes and box of a table's points.
@@ -100,8 +102,10 @@ void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::
 void write_report(const OperatorOptions& options, Problem& problem);
 
 /// Prints what was assembled and written, unless that went to standard output itself.
+/// @param support_column  whether the points have one
 /// @return  whether more may be printed
-bool print_summary(const OperatorOptions& options, const Problem& problem,
+bool print_summary(const OperatorOptions& options, const nlohmann::ordered_json& report,
+                   const WorstRow& worst, bool support_column,
                    const std::vector<std::filesystem::path>& files);
 
 /// Calls write(), adds its time and the peak memory to the report, writes it where --report says, and

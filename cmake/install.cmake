@@ -5,7 +5,8 @@ get_target_property(gradpsi_type gradpsi TYPE)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gradpsi)
 
 install(TARGETS gradpsi EXPORT gradpsiTargets)
-install(DIRECTORY include/gradpsi DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(DIRECTORY include/gradpsi DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  PATTERN petsc.hpp EXCLUDE)
 install(EXPORT gradpsiTargets NAMESPACE gradpsi:: DESTINATION ${package_dir})
 if(GRADPSI_BUILD_APPS)
   file(RELATIVE_PATH from_program_to_library
@@ -13,6 +14,16 @@ if(GRADPSI_BUILD_APPS)
   set_target_properties(gradpsi_program PROPERTIES INSTALL_RPATH $ORIGIN/${from_program_to_library})
   install(TARGETS gradpsi_program)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/apps/gradpsi.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+endif()
+# A component, so that only who asks for it needs PETSc.
+if(GRADPSI_WITH_PETSC)
+  install(TARGETS gradpsi_petsc EXPORT gradpsiPetscTargets)
+  install(FILES include/gradpsi/petsc.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gradpsi)
+  install(EXPORT gradpsiPetscTargets NAMESPACE gradpsi:: DESTINATION ${package_dir})
+  if(GRADPSI_BUILD_APPS)
+    set_target_properties(gradpsi_mpi PROPERTIES INSTALL_RPATH $ORIGIN/${from_program_to_library})
+    install(TARGETS gradpsi_mpi)
+  endif()
 endif()
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

@@ -213,6 +213,29 @@ TEST_F(Write, CsvReadsBackToTheLastBit) {
   EXPECT_EQ(files(), 1);  // nothing temporary remains
 }
 
+TEST_F(Write, CsvInPiecesIsTheWhole) {
+  const Table whole{{"x", "u"}, Eigen::MatrixXd::Random(10, 2)};
+  for (const std::vector<int>& sizes : {std::vector{10}, {3, 0, 7}, {0, 10, 0}}) {
+    int piece = 0, row = 0;
+    write_csv(path("pieces.csv"), [&](Table& table) {
+      if (piece == std::ssize(sizes)) return false;
+      table = {whole.names, whole.values.middleRows(row, sizes[piece])};
+      row += sizes[piece++];
+      return true;
+    });
+    write_csv(path("whole.csv"), whole);
+    EXPECT_EQ(content(path("pieces.csv")), content(path("whole.csv")));
+  }
+}
+
+TEST_F(Write, PvtuNamesFieldsAndPieces) {
+  write_pvtu(path("a.pvtu"), {"x", "y", "T <K>"}, {path("a_rank0.vtu"), path("a_rank1.vtu")});
+  const std::string text = content(path("a.pvtu"));
+  EXPECT_THAT(text, HasSubstr("<PDataArray type=\"Float64\" Name=\"T &lt;K>\"/>"));
+  EXPECT_THAT(text, testing::Not(HasSubstr("Name=\"y\"")));
+  EXPECT_THAT(text, HasSubstr("<Piece Source=\"a_rank0.vtu\"/>\n<Piece Source=\"a_rank1.vtu\"/>"));
+}
+
 TEST_F(Write, MatrixMarketHoldsEveryEntryOnce) {
   const Cloud cloud = irregular_cloud(2, 6);
   const SparseMatrix matrix =

@@ -12,7 +12,8 @@ from pathlib import Path
 
 SOURCE = Path(__file__).parent.parent
 BUILD = Path(os.environ["GRADPSI_BUILD"])
-HEADERS = sorted((SOURCE / "include" / "gradpsi").glob("*.hpp"))
+WITH_PETSC = "GRADPSI_WITH_PETSC:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text()
+HEADERS = sorted(h for h in (SOURCE / "include" / "gradpsi").glob("*.hpp") if WITH_PETSC or h.name != "petsc.hpp")
 
 # What examples print, in reading order.
 EXAMPLES = {
@@ -20,6 +21,7 @@ EXAMPLES = {
     "2_heat": r"Cholesky .*, mean temperature 0\.53\d*\n",
     "3_own_kernel": r"wendland-c2: rms error of the Laplacian 0\.00\d+\nbell: rms error of the Laplacian 0\.00\d+\n",
     "4_choosing": r" +rms error  entries a row  grows\n(laplacian-\S+ +\S+ +[\d.]+  (yes|no)\n){17}",
+    "5_processes": r"conjugate gradients .* \(PETSc, 2 processes\), mean temperature 0\.53\d*\n",
 }
 CONSUMER = r"grows 0, mean 0\.(49|50)\d*\nunknown scheme 'laplacian-mixed-socks'; valid: laplacian-mixed-soc, .*\n"
 
@@ -66,7 +68,18 @@ class Installed(PackageTest):
         built = self.build(SOURCE / "apps" / "examples", "examples", f"-DCMAKE_PREFIX_PATH={self.prefix}")
         self.assertEqual(sorted(p.stem for p in (SOURCE / "apps" / "examples").glob("*.cpp")), list(EXAMPLES))
         for example, output in EXAMPLES.items():
-            self.assertRegex(run(built / example), "^" + output + "$")
+            if example != "5_processes":
+                self.assertRegex(run(built / example), "^" + output + "$")
+            elif WITH_PETSC:
+                mpirun = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", 2]
+                self.assertRegex(run(*mpirun, built / example), "^" + output + "$")
+
+    @unittest.skipUnless(WITH_PETSC, "built without PETSc")
+    def test_the_component_is_there_for_those_who_ask(self):
+        cmake, = self.prefix.rglob("gradpsiConfig.cmake")
+        self.assertNotIn("petsc", (cmake.parent / "gradpsiTargets.cmake").read_text())
+        text = run("mpirun", "--allow-run-as-root", "-n", 1, self.prefix / "bin" / "gradpsi-mpi", "--version")
+        self.assertEqual(text.strip(), run(BUILD / "apps" / "gradpsi", "--version").strip())
 
     def test_versions_that_fit_are_found_and_others_refused(self):
         version = re.search(r"VERSION (\d+)\.(\d+)\.(\d+)", (SOURCE / "CMakeLists.txt").read_text())
