@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Strong and weak scaling of gradpsi::petsc on this machine's cores, halos of up to 64 processes:
 #     bash benchmarks/mpi.sh [--quick] [--out DIR]
-# Two CSV files in DIR (build/results if none is given): mpi_scaling.csv, mpi_halo.csv. About fifteen minutes;
+# Two CSV files in DIR (build/results if none is given): mpi_scaling.csv, mpi_halo.csv. About seven minutes;
 # --quick (100,000 points, up to 4 processes, only to see that all works) one.
 set -euo pipefail
 quick=no out=
