@@ -33,8 +33,7 @@ struct Given {
 
   void count() {
     const std::int64_t rows = table.values.rows();
-    MPI_Exscan(&rows, &first, 1, MPI_INT64_T, MPI_SUM, comm());
-    if (is_first()) first = 0;
+    first = petsc::sum_before(comm(), rows);
     all = petsc::sum_of(comm(), rows);
   }
   gradpsi::Cloud cloud(const OperatorOptions& options) const {
@@ -69,12 +68,11 @@ std::vector<std::string> texts(const std::string& here) {
   const std::vector<int> sizes = petsc::gathered(comm(), size);
   std::vector<int> offsets(all);
   std::exclusive_scan(sizes.begin(), sizes.end(), offsets.begin(), 0);
-  std::string together(is_first() ? offsets.back() + sizes.back() : 0, '\0');
-  MPI_Gatherv(here.data(), size, MPI_CHAR, together.data(), sizes.data(), offsets.data(), MPI_CHAR,
-              0, comm());
+  std::string joined(is_first() ? offsets.back() + sizes.back() : 0, '\0');
+  MPI_Gatherv(here.data(), size, MPI_CHAR, joined.data(), sizes.data(), offsets.data(), MPI_CHAR, 0,
+              comm());
   std::vector<std::string> result;
-  for (int r = 0; r < all && is_first(); ++r)
-    result.push_back(together.substr(offsets[r], sizes[r]));
+  for (int r = 0; r < all && is_first(); ++r) result.push_back(joined.substr(offsets[r], sizes[r]));
   return result;
 }
 
@@ -109,16 +107,20 @@ nlohmann::ordered_json neighbour_counts(const petsc::Subdomain& mine,
   return {{"min", static_cast<int>(least)}, {"median", middle}, {"max", static_cast<int>(most)}};
 }
 
-/// The degenerate rows of all processes, by number.
+/// The degenerate rows of all processes, by number; of very many only some are listed.
 nlohmann::ordered_json all_degenerate_rows(const gradpsi::Operator& op,
                                            const gradpsi::Cloud& cloud) {
-  nlohmann::ordered_json result = {{"lowered", 0}, {"widened", 0}, {"zero", 0}};
+  constexpr std::size_t most = 1'000'000;
+  nlohmann::ordered_json result = degenerate_rows(op, cloud);
+  for (const char* outcome : {"lowered", "widened", "zero"})
+    result[outcome] = petsc::sum_of(comm(), result[outcome].get<std::int64_t>());
+  auto& own = result["rows"];
+  if (const std::size_t share = most / petsc::processes(comm()); own.size() > share)
+    own.erase(own.begin() + static_cast<std::ptrdiff_t>(share), own.end());
   std::vector<nlohmann::ordered_json> rows;
-  for (const std::string& text : texts(degenerate_rows(op, cloud).dump())) {
+  for (const std::string& text : texts(own.dump())) {
     const auto part = nlohmann::ordered_json::parse(text);
-    for (const char* outcome : {"lowered", "widened", "zero"})
-      result[outcome] = result[outcome].get<int>() + part[outcome].get<int>();
-    rows.insert(rows.end(), part["rows"].begin(), part["rows"].end());
+    rows.insert(rows.end(), part.begin(), part.end());
   }
   std::ranges::sort(rows, {},
                     [](const auto& row) { return row["point"].template get<std::int64_t>(); });
@@ -366,9 +368,11 @@ bool draw(const path& file, const DiffuseOptions& options, const MpiProblem& pro
   const std::int64_t every = (problem.partition().size() + most - 1) / most;
   std::vector<double> here;
   const Eigen::VectorXd u = part.column(options.field);
+  std::vector<Eigen::VectorXd> x;
+  for (int a = 0; a < dimension; ++a) x.push_back(part.column(std::string(1, "xyz"[a])));
   for (Eigen::Index k = 0; k < u.size(); ++k) {
     if ((problem.first_given() + k) % every != 0) continue;
-    for (int a = 0; a < dimension; ++a) here.push_back(part.column(std::string(1, "xyz"[a]))[k]);
+    for (int a = 0; a < dimension; ++a) here.push_back(x[a][k]);
     here.push_back(u[k]);
   }
   const int size = static_cast<int>(here.size());

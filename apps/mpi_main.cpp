@@ -2,9 +2,9 @@
 
 #include <petscsys.h>
 
+#include <cctype>
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <iostream>
 #include <string>
 #include <thread>

@@ -345,11 +345,14 @@ bool print_summary(const OperatorOptions& options, const nlohmann::ordered_json&
               << worst->second << '\n';
   if (report.contains("degenerate")) {
     const auto& degenerate = report["degenerate"];
-    const std::size_t count = degenerate["rows"].size();
+    const auto number = [&](const char* outcome) {
+      return degenerate[outcome].get<std::int64_t>();
+    };
+    const std::int64_t count = number("lowered") + number("widened") + number("zero");
     std::cout << "degenerate rows: " << count << ", of them " << degenerate["lowered"]
               << " lowered in consistency, " << degenerate["widened"] << " widened, "
               << degenerate["zero"] << " zero; points";
-    for (std::size_t k = 0; k < std::min<std::size_t>(count, 10); ++k)
+    for (std::size_t k = 0; k < std::min<std::size_t>(degenerate["rows"].size(), 10); ++k)
       std::cout << ' ' << degenerate["rows"][k]["point"];
     std::cout << (count > 10 ? " ...\n" : "\n");
   }

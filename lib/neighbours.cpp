@@ -604,7 +604,7 @@ void gather(LeafSearch<D>& search, const Tree<D>& tree, const Neighbours& near,
   search.gather(tree, leaf, tree.to_units(reach));
 }
 
-/// The neighbours of all points, estimated from one point in each of a few leaves.
+/// The neighbours of all wanted points, estimated from one point in each of a few leaves.
 template <int D>
 double estimated_neighbours(const Tree<D>& tree, const Neighbours& near, const Wanted& wanted) {
   const auto leaf_count = static_cast<std::int64_t>(tree.leaves().size());

@@ -360,6 +360,74 @@ TEST(Petsc, MedianIsThatOfAll) {
   }
 }
 
+TEST(Petsc, SpacingOfAnEvenNumberNeedsBothMiddlePoints) {
+  const Cloud cloud(Positions{{0.0}, {1.0}, {3.5}, {6.5}});
+  EXPECT_EQ(cloud.spacing(), 1.75);
+  EXPECT_EQ(spacing(partitioned(cloud)), 1.75);
+}
+
+TEST(Petsc, PointsFarOutsideTheirBoxCoincideWithTheirImages) {
+  const Cloud cloud(Positions{{0.1}, {0.4}, {0.7}, {1000.1}}, {.box = {1, 0, 0}});
+  const Partition partition = partitioned(cloud);
+  std::vector<std::int64_t> found;
+  for (const int k : coincident_points(partition)) found.push_back(partition.cloud().number(k));
+  const auto own = own_numbers(partition);
+  const bool owns_it = std::ranges::binary_search(own, 3);
+  EXPECT_EQ(found, owns_it ? std::vector<std::int64_t>{3} : std::vector<std::int64_t>());
+}
+
+TEST(Petsc, AClosePairIsWarnedOfWhoeverOwnsIt) {
+  const Cloud lattice = make_cloud({.dimension = 2, .points_per_side = 8});
+  for (int i = 0; i < 64; i += 5) {
+    Positions x(65, 2);
+    x << lattice.positions(), lattice.positions().row(i).array() + 1e-9;
+    const Eigen::VectorXd support = Eigen::VectorXd::Constant(1, 0.3);
+    const Partition partition = partitioned(Cloud(x));
+    const Subdomain mine(partition, support);
+    const Neighbours near = find_neighbours(mine, support);
+    for (const std::string& warning : warnings(mine.cloud(), near))
+      EXPECT_THAT(warning,
+                  testing::AnyOf(HasSubstr("points " + std::to_string(i) + " and 64 are"),
+                                 HasSubstr("points 64 and " + std::to_string(i) + " are")));
+  }
+}
+
+TEST(Petsc, HalosMustReachAsFarAsSupports) {
+  const Partition partition = partitioned(irregular_cloud(2, 8));
+  const Eigen::VectorXd support = Eigen::VectorXd::Constant(1, 0.4);
+  const Subdomain mine(partition, support);
+  EXPECT_THAT(message_of<InvalidInput>([&] { find_neighbours(mine, 2 * support); }),
+              HasSubstr("less than the 0.8 that its support may need"));
+  const Neighbours near = find_neighbours(mine, support);
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                assemble("laplacian-mixed-soc", mine, near, {.on_degenerate = OnDegenerate::Widen});
+              }),
+              HasSubstr("that widened rows may need"));
+}
+
+TEST(Petsc, ValuesAreThoseOfOwnPoints) {
+  const Partition partition = partitioned(irregular_cloud(2, 8));
+  const Eigen::VectorXd support = Eigen::VectorXd::Constant(1, 0.4);
+  const Subdomain mine(partition, support);
+  const auto here = static_cast<Eigen::Index>(partition.cloud().size());
+  const Eigen::VectorXd few = Eigen::VectorXd::Ones(rank() == 0 ? here - 1 : here);
+  EXPECT_THROW(mine.spread(few), InvalidInput);
+  EXPECT_THROW(partition.to_owners(Eigen::VectorXd::Ones(1000)), InvalidInput);
+  EXPECT_THROW(partition.to_givers(few), InvalidInput);
+  const Operator laplacian = assemble("laplacian-mixed-zoc", mine, find_neighbours(mine, support));
+  DiffusionOptions options{.time_step = 1};
+  if (rank() == 0) options.source = few;
+  EXPECT_THROW(ImplicitDiffusion(mine, laplacian, {}, options), InvalidInput);
+  options.source = rank() == 0 ? Eigen::VectorXd::Ones(here) : Eigen::VectorXd();
+  if (processes() > 1) {
+    EXPECT_THROW(ImplicitDiffusion(mine, laplacian, {}, options), InvalidInput);
+  }
+  for (const SolverOptions& bad :
+       {SolverOptions{.tolerance = 0}, {.max_iterations = 0}, {.memory = -1}})
+    EXPECT_THROW(ImplicitDiffusion(mine, laplacian, {}, {.time_step = 1, .solver = bad}),
+                 InvalidInput);
+}
+
 TEST(Petsc, CoincidentPointsAreFoundWhoeverOwnsThem) {
   const Cloud lattice = make_cloud({.dimension = 2, .points_per_side = 8});
   Positions x(80, 2);

@@ -3,6 +3,7 @@
 #include <petscksp.h>
 #include <petscsf.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -39,7 +40,8 @@ using Handle = std::unique_ptr<std::remove_pointer_t<Object>, Destroy>;
 
 /// Calls work() in every process, which must not communicate. If it throws in any, all throw what the lowest
 /// of those ranks did (InvalidInput, StencilError, SolverError, std::bad_alloc, else std::runtime_error), with
-/// its rank in the message unless it happened everywhere.
+/// its rank in the message unless it happened everywhere. StencilError::point is then of that rank; the
+/// message has its number in the whole cloud, and counts that rank's rows.
 void together(MPI_Comm comm, const std::function<void()>& work);
 
 /// Points spread over processes: each owns as many as any other, give or take one, in a box of its own
@@ -68,12 +70,15 @@ class Partition {
   void append_owners(const double* low, const double* high, std::vector<int>& ranks) const;
   /// Whether no box but this process's meets that one.
   bool is_inside(const double* low, const double* high) const;
+  /// The largest magnitude of all coordinates, which are rounded accordingly.
+  double largest() const { return largest_; }
 
  private:
   void distribute(const Cloud& given);
 
   MPI_Comm comm_;
   std::int64_t size_ = 0;
+  double largest_ = 0;
   PetscInt first_ = 0;
   Cloud cloud_;
   Handle<PetscSF> from_givers_;
@@ -95,6 +100,8 @@ class Subdomain {
   const Cloud& cloud() const { return cloud_; }
   /// The own points among them, m of them.
   const std::vector<int>& own() const { return own_; }
+  /// How far the halo reaches around the k-th own point.
+  double reach(int k) const { return reach_[reach_.size() == 1 ? 0 : k]; }
   /// The number of ranks whose points are in the halo.
   int sources() const { return sources_; }
 
@@ -110,6 +117,7 @@ class Subdomain {
   void spread(MPI_Datatype type, const T* of_own, T* of_all) const;
 
   const Partition* partition_;
+  Eigen::VectorXd reach_;
   Cloud cloud_;
   std::vector<int> own_;
   int sources_ = 0;
@@ -123,18 +131,19 @@ double median(MPI_Comm comm, const Eigen::VectorXd& values);
 /// @throws InvalidInput  as that
 double spacing(const Partition& partition, int threads = 0);
 
-/// Numbers of this process's own points that coincide with one of a lower number.
-/// @return places among own points, ascending
+/// This process's own points that coincide with one of a lower number, by their places among own points,
+/// ascending.
 std::vector<int> coincident_points(const Partition& partition);
 
 /// The neighbours of own points, among cloud() of the subdomain; the halo's lists are empty.
-/// @param supports  one for all or one for each own point, at most the reach
-/// @throws InvalidInput  as gradpsi::find_neighbours(), counting all processes' points
+/// @param supports  one for all or one for each own point, at most the subdomain's reach
+/// @throws InvalidInput  as gradpsi::find_neighbours(), counting all processes' points; if a support
+///   exceeds the reach
 Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& supports, int threads = 0);
 
 /// The rows of own points, of `options.rows` those (places in cloud() of own ones), columns being the places
 /// in cloud(). Without volumes in the cloud, number densities are taken, the halo's from their owners.
-/// @throws as gradpsi::assemble()
+/// @throws as gradpsi::assemble(); InvalidInput if rows may be widened beyond the subdomain's reach
 Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours& near,
                   const AssemblyOptions& options = {});
 
@@ -152,14 +161,17 @@ std::vector<Handle<Mat>> matrices(const Subdomain& mine, const Operator& op);
 ///
 /// Method::Auto takes conjugate gradients if the matrix is symmetric after scaling by volume and diagonally
 /// dominant, else BiCGSTAB, preconditioned by the diagonal while steps are short and by BoomerAMG beyond;
-/// Method::Cholesky and Method::Lu are MUMPS's. Options -ksp_type, -pc_type, .. of PETSc's database go before
-/// all that. If what was chosen does not converge, LU takes over, unless one of these options was given.
+/// Method::Cholesky and Method::Lu are MUMPS's. Options of PETSc's database go before what Auto and Krylov
+/// choose (-ksp_type, -pc_type, ..), -ksp_rtol and -ksp_max_it before the solver's tolerance and
+/// max_iterations. If what Auto chose does not converge in 1,000 iterations, LU takes over, unless -ksp_type
+/// or -pc_type was given.
 class ImplicitDiffusion {
  public:
   /// @param mine        own points and halo, which must outlive this
   /// @param laplacian   rows of all own points, in order; moved in, its memory is free as soon as can be
   /// @param conditions  of own points, by their places in mine.cloud()
-  /// @param options     source: a value for each own point; solver.memory: of all processes together
+  /// @param options     source: a value for each own point; solver.memory: of all processes'
+  ///   factors together, 0: no limit
   /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion
   ImplicitDiffusion(const Subdomain& mine, Operator laplacian, const BoundaryConditions& conditions,
                     const DiffusionOptions& options);

@@ -38,6 +38,8 @@ Failure caught() {
     return {Kind::Memory, 0, 0, 0, ""};
   } catch (const std::exception& error) {
     return {Kind::Other, 0, 0, 0, error.what()};
+  } catch (...) {
+    return {Kind::Other, 0, 0, 0, "an error without words"};
   }
 }
 
@@ -102,7 +104,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   raise(failure);
 }
 
-double median(MPI_Comm comm, const Eigen::VectorXd& values) {
+std::pair<double, double> middle_two(MPI_Comm comm, const Eigen::VectorXd& values) {
   const auto n = sum_of(comm, static_cast<std::int64_t>(values.size()));
   const auto at_most = [&](std::uint64_t bound) {
     std::int64_t count = 0;
@@ -122,8 +124,12 @@ double median(MPI_Comm comm, const Eigen::VectorXd& values) {
   }
   lower = largest_of(comm, lower);
   upper = least_of(comm, upper);
-  if (n % 2 == 1 || at_most(below) > n / 2) return lower;
-  return (lower + upper) / 2;
+  return {lower, n % 2 == 1 || at_most(below) > n / 2 ? lower : upper};
+}
+
+double median(MPI_Comm comm, const Eigen::VectorXd& values) {
+  const auto [lower, upper] = middle_two(comm, values);
+  return lower == upper ? lower : (lower + upper) / 2;
 }
 
 }  // namespace gradpsi::petsc

@@ -3,7 +3,10 @@
 #include <mpi.h>
 #include <petscsys.h>
 
+#include <Eigen/Core>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace gradpsi::petsc {
@@ -63,6 +66,17 @@ std::vector<T> gathered(MPI_Comm comm, T value) {
   MPI_Allgather(&value, 1, type_of<T>(), all.data(), 1, type_of<T>(), comm);
   return all;
 }
+
+/// The sum of the values of lower ranks.
+template <class T>
+T sum_before(MPI_Comm comm, T value) {
+  T result{};
+  MPI_Exscan(&value, &result, 1, type_of<T>(), MPI_SUM, comm);
+  return rank_of(comm) == 0 ? T{} : result;
+}
+
+/// The middle two of all processes' values, at least one; of an odd number of them the middle one twice.
+std::pair<double, double> middle_two(MPI_Comm comm, const Eigen::VectorXd& values);
 
 /// Throws what PETSc says of an error.
 void check(PetscErrorCode code);

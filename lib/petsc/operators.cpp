@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <string>
 
 #include "../memory.hpp"
@@ -24,16 +25,41 @@ Eigen::VectorXd nearest_within(const Partition& partition, double reach, int thr
   return distances;
 }
 
+/// Throws unless the halo has all within a multiple of the supports, or within half of a periodic box.
+void check_supports(const Subdomain& mine, const Eigen::VectorXd& supports, double factor) {
+  for (std::size_t k = 0; k < mine.own().size(); ++k) {
+    double needed = factor * supports[supports.size() == 1 ? 0 : mine.own()[k]];
+    for (const double length : mine.cloud().box())
+      if (length > 0) needed = std::min(needed, length / 2);
+    const double reach = mine.reach(static_cast<int>(k));
+    if (needed > reach)  // what is no support at all is named by the search
+      throw InvalidInput("the halo of point " + std::to_string(mine.cloud().number(mine.own()[k])) +
+                         " reaches " + shortest(reach) + ", less than the " + shortest(needed) +
+                         " that " + (factor > 1 ? "widened rows" : "its support") + " may need");
+  }
+}
+
+/// The subdomain's cloud with volumes by number density, the halo's from their owners.
+Cloud with_number_densities(const Subdomain& mine, const Neighbours& near,
+                            const AssemblyOptions& options) {
+  const Cloud& cloud = mine.cloud();
+  Eigen::VectorXd own;
+  together(mine.partition().comm(), [&] {
+    own = number_density_volumes(cloud, near, options.kernel, options.threads)(mine.own());
+  });
+  CloudOptions result{.volumes = mine.spread(own), .box = cloud.box()};
+  for (int i = 0; i < cloud.size(); ++i) result.numbers.push_back(cloud.number(i));
+  return Cloud(cloud.positions(), std::move(result));
+}
+
 void check_isolation(const Subdomain& mine, const Neighbours& near) {
   const MPI_Comm comm = mine.partition().comm();
   std::int64_t isolated = 0;
   for (const int i : mine.own()) isolated += near.count(i) == 0;
   const std::int64_t n = mine.partition().size();
   if (isolated = sum_of(comm, isolated); n < 2 || isolated <= n / 2) return;
-  together(comm, [&] {
-    throw InvalidInput(std::to_string(isolated) + " of " + std::to_string(n) +
-                       " points have no neighbour within their support");
-  });
+  throw InvalidInput(std::to_string(isolated) + " of " + std::to_string(n) +
+                     " points have no neighbour within their support");
 }
 
 }  // namespace
@@ -49,17 +75,14 @@ double spacing(const Partition& partition, int threads) {
     return std::pow(sum.value() / static_cast<double>(partition.size()), 1.0 / own.dimension());
   }
   if (partition.size() < 2)
-    together(comm, [&] {
-      throw InvalidInput("the spacing of " + std::to_string(partition.size()) +
-                         " point(s) without volumes is not defined");
-    });
-  // Distances among own points are bounds: half of all points have another one within their median.
-  const double bound = median(comm, nearest_within(partition, 0, threads));
+    throw InvalidInput("the spacing of " + std::to_string(partition.size()) +
+                       " point(s) without volumes is not defined");
+  // Distances among own points are bounds: half of all points, and the next one, have another point within
+  // the upper one of their middle two.
+  const double bound = middle_two(comm, nearest_within(partition, 0, threads)).second;
   const double spacing = median(comm, nearest_within(partition, bound, threads));
   if (!(spacing > 0))
-    together(comm, [] {
-      throw InvalidInput("most points coincide with another one; their spacing is 0");
-    });
+    throw InvalidInput("most points coincide with another one; their spacing is 0");
   return spacing;
 }
 
@@ -86,7 +109,10 @@ Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& support
   });
   const Eigen::VectorXd all = one ? supports : Eigen::VectorXd(mine.spread(supports));
   Neighbours near;
-  together(comm, [&] { near = gradpsi::find_neighbours(mine.cloud(), all, mine.own(), threads); });
+  together(comm, [&] {
+    check_supports(mine, all, 1);
+    near = gradpsi::find_neighbours(mine.cloud(), all, mine.own(), threads);
+  });
   check_isolation(mine, near);
   return near;
 }
@@ -94,21 +120,16 @@ Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& support
 Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours& near,
                   const AssemblyOptions& options) {
   const MPI_Comm comm = mine.partition().comm();
-  Cloud cloud = mine.cloud();
-  if (!anywhere(comm, cloud.has_volumes())) {
-    Eigen::VectorXd own;
-    together(comm, [&] {
-      own = number_density_volumes(cloud, near, options.kernel, options.threads)(mine.own());
-    });
-    CloudOptions with_volumes{.volumes = mine.spread(own), .box = cloud.box()};
-    for (int i = 0; i < cloud.size(); ++i) with_volumes.numbers.push_back(cloud.number(i));
-    cloud = Cloud(cloud.positions(), std::move(with_volumes));
-  }
+  const bool widens = options.on_degenerate == OnDegenerate::Widen;
+  std::optional<Cloud> with_volumes;
+  if (!anywhere(comm, mine.cloud().has_volumes()))
+    with_volumes.emplace(with_number_densities(mine, near, options));
   Operator result;
   together(comm, [&] {
+    if (widens) check_supports(mine, near.supports, widest);
     AssemblyOptions own = options;
     if (!own.rows) own.rows = mine.own();
-    result = gradpsi::assemble(scheme, cloud, near, own);
+    result = gradpsi::assemble(scheme, with_volumes ? *with_volumes : mine.cloud(), near, own);
   });
   return result;
 }
@@ -207,10 +228,7 @@ void attach(Mat matrix, std::unique_ptr<Blocks> memory) {
 Handle<Mat> make_matrix(MPI_Comm comm, const SparseMatrix& rows,
                         const std::vector<PetscInt>& columns) {
   const auto m = static_cast<PetscInt>(rows.rows());
-  std::int64_t before = 0;
-  const std::int64_t own = m;
-  MPI_Exscan(&own, &before, 1, MPI_INT64_T, MPI_SUM, comm);
-  if (rank_of(comm) == 0) before = 0;
+  const std::int64_t before = sum_before(comm, std::int64_t{m});
   std::unique_ptr<Blocks> memory;
   together(comm, [&] { memory = blocks(rows, columns, static_cast<PetscInt>(before)); });
   Mat matrix;

@@ -37,13 +37,20 @@ void check_agreement(MPI_Comm comm, const Cloud& given) {
   // A process without points cannot say whether they have volumes.
   const int kind = given.size() == 0 ? 0 : given.has_volumes() ? 1 : 2;
   if (largest_of(comm, kind) == 2 && least_of(comm, kind == 0 ? 2 : kind) == 1)
-    together(comm, [] { throw InvalidInput("some processes' points have volumes, others none"); });
+    throw InvalidInput("some processes' points have volumes, others none");
   const auto& box = given.box();
   for (const double x : {double(given.dimension()), box[0], box[1], box[2]})
     if (least_of(comm, x) != largest_of(comm, x))
-      together(comm, [] {
-        throw InvalidInput("the processes' points do not agree in their dimension or periodic box");
-      });
+      throw InvalidInput("the processes' points do not agree in their dimension or periodic box");
+}
+
+/// Throws unless there is a row of values for each of `wanted` points.
+void check_rows(MPI_Comm comm, Eigen::Index rows, Eigen::Index wanted) {
+  together(comm, [&] {
+    if (rows != wanted)
+      throw InvalidInput("there are values for " + std::to_string(rows) + " points, not " +
+                         std::to_string(wanted));
+  });
 }
 
 /// A star forest: leaf k, at places[k] or k, is element indices[k] of process ranks[k], which has `roots`.
@@ -137,12 +144,11 @@ Partition::Partition(MPI_Comm comm, const Cloud& given)
     : comm_(comm), cloud_(Positions(0, given.dimension())) {
   check_agreement(comm, given);
   size_ = sum_of(comm, std::int64_t{given.size()});
+  largest_ = largest_of(comm, given.size() > 0 ? given.positions().cwiseAbs().maxCoeff() : 0.0);
   if (size_ > PETSC_MAX_INT)
-    together(comm, [&] {
-      throw InvalidInput(std::to_string(size_) +
-                         " points are more than the indices of this PETSc can count; there is a "
-                         "PETSc with 64-bit indices");
-    });
+    throw InvalidInput(std::to_string(size_) +
+                       " points are more than the indices of this PETSc can count; there is a "
+                       "PETSc with 64-bit indices");
   distribute(given);
 }
 
@@ -176,9 +182,7 @@ void Partition::distribute(const Cloud& given) {
   CloudOptions options{.box = given.box()};
   for (const PetscSFNode& giver : givers)
     options.numbers.push_back(first[giver.rank] + giver.index);
-  std::int64_t before = 0, own = count;
-  MPI_Exscan(&own, &before, 1, MPI_INT64_T, MPI_SUM, comm_);
-  first_ = static_cast<PetscInt>(rank == 0 ? 0 : before);
+  first_ = static_cast<PetscInt>(sum_before(comm_, std::int64_t{count}));
 
   from_givers_ = star_forest(comm_, given.size(), nullptr, givers);
   const Positions x = to_owners(given.positions());
@@ -189,6 +193,7 @@ void Partition::distribute(const Cloud& given) {
 Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
+  check_rows(comm_, of_given.rows(), roots);
   Eigen::MatrixXd result(leaves, of_given.cols());
   for (Eigen::Index c = 0; c < of_given.cols(); ++c) {
     const double* const from = of_given.col(c).data();
@@ -202,6 +207,7 @@ Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
 Eigen::MatrixXd Partition::to_givers(const Eigen::MatrixXd& of_own) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
+  check_rows(comm_, of_own.rows(), leaves);
   Eigen::MatrixXd result(roots, of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c) {
     const double* const from = of_own.col(c).data();
@@ -224,8 +230,10 @@ void Partition::append_owners(const double* low, const double* high,
   if (!zoltan_) return;
   std::array<double, 6> box = {};
   for (int a = 0; a < cloud_.dimension(); ++a) box[a] = low[a], box[3 + a] = high[a];
-  const int all = processes(comm_), rank = rank_of(comm_);
-  std::vector<int> owners(all), parts(all);
+  const int rank = rank_of(comm_);
+  thread_local std::vector<int> owners, parts;
+  owners.resize(processes(comm_));
+  parts.resize(owners.size());
   int owner_count, part_count;
   check_zoltan(Zoltan_LB_Box_PP_Assign(zoltan_.get(), box[0], box[1], box[2], box[3], box[4],
                                        box[5], owners.data(), &owner_count, parts.data(),
@@ -278,7 +286,7 @@ std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
   for (int i = 0; i < own.size(); ++i) {
     const double r = reach[reach.size() == 1 ? 0 : i];
     for (int a = 0; a < d; ++a) {
-      const double more = r + rounding * (std::abs(x(i, a)) + own.box()[a] + r);
+      const double more = r + rounding * (partition.largest() + own.box()[a] + r);
       low[a] = x(i, a) - more;
       high[a] = x(i, a) + more;
     }
@@ -339,7 +347,9 @@ std::vector<Outsider> halo(const Partition& partition, const Positions& x,
   check(PetscCommDuplicate(partition.comm(), &comm, &tag));
   std::vector<PetscMPIInt> to;
   std::vector<double> boxes;
-  for (const auto& [rank, asked] : requests(partition, x, reach)) {
+  std::map<int, Boxes> asks;
+  together(comm, [&] { asks = requests(partition, x, reach); });
+  for (const auto& [rank, asked] : asks) {
     to.push_back(rank);
     boxes.insert(boxes.end(), asked.corners().begin(), asked.corners().end());
   }
@@ -385,7 +395,7 @@ void check_reach(const Partition& partition, const Eigen::VectorXd& reach) {
 }  // namespace
 
 Subdomain::Subdomain(const Partition& partition, const Eigen::VectorXd& reach)
-    : partition_(&partition), cloud_(partition.cloud()) {
+    : partition_(&partition), reach_(reach), cloud_(partition.cloud()) {
   const MPI_Comm comm = partition.comm();
   together(comm, [&] { check_reach(partition, reach); });
   const Cloud& own = partition.cloud();
@@ -425,6 +435,7 @@ void Subdomain::spread(MPI_Datatype type, const T* of_own, T* of_all) const {
 }
 
 Eigen::MatrixXd Subdomain::spread(const Eigen::MatrixXd& of_own) const {
+  check_rows(partition_->comm(), of_own.rows(), std::ssize(own_));
   Eigen::MatrixXd result(cloud_.size(), of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c)
     spread(MPI_DOUBLE, of_own.col(c).data(), result.col(c).data());
@@ -432,6 +443,7 @@ Eigen::MatrixXd Subdomain::spread(const Eigen::MatrixXd& of_own) const {
 }
 
 std::vector<PetscInt> Subdomain::spread(const std::vector<PetscInt>& of_own) const {
+  check_rows(partition_->comm(), std::ssize(of_own), std::ssize(own_));
   std::vector<PetscInt> result(cloud_.size());
   spread(MPIU_INT, of_own.data(), result.data());
   return result;
