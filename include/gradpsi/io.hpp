@@ -47,7 +47,9 @@ Table read_csv(const std::filesystem::path& file);
 
 /// Part `part` of a file's rows, cut into `parts` of about as many bytes, for processes that share a file:
 /// together they are the rows of read_csv(file), in order, each once; all have the names.
-/// @param part  0 to parts - 1
+/// @param file   a regular file
+/// @param part   0 to parts - 1
+/// @param parts  at least 1
 /// @throws InvalidInput  as above, of this part's rows; if part is out of range
 /// @throws std::system_error  as above; if parts > 1 and it is no file but a pipe
 Table read_csv(const std::filesystem::path& file, int part, int parts);
@@ -78,7 +80,9 @@ void write_csv(const std::filesystem::path& file, const std::function<bool(Table
 void write_vtu(const std::filesystem::path& file, const Table& table);
 
 /// A .pvtu: pieces of one cloud, each written by write_vtu() with these columns, in files beside it.
-/// @param names  of the columns, x, y, z among them or not
+/// @param file    where to
+/// @param names   of the columns, x, y, z among them or not
+/// @param pieces  the files beside it
 void write_pvtu(const std::filesystem::path& file, const std::vector<std::string>& names,
                 const std::vector<std::filesystem::path>& pieces);
 

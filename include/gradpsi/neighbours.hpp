@@ -51,7 +51,10 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
 
 /// The same for some points only; the lists of the others are left empty.
-/// @param rows  0-based points, each once
+/// @param cloud     n points
+/// @param supports  n lengths > 0, or one for all
+/// @param rows      0-based points, each once
+/// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as above, but not for points without a neighbour; if a row is out of range or there
 ///   twice
 Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,

@@ -136,7 +136,9 @@ double spacing(const Partition& partition, int threads = 0);
 std::vector<int> coincident_points(const Partition& partition);
 
 /// The neighbours of own points, among cloud() of the subdomain; the halo's lists are empty.
+/// @param mine      own points and halo
 /// @param supports  one for all or one for each own point, at most the subdomain's reach
+/// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as gradpsi::find_neighbours(), counting all processes' points; if a support
 ///   exceeds the reach
 Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& supports, int threads = 0);
