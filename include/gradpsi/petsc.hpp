@@ -40,7 +40,7 @@ using Handle = std::unique_ptr<std::remove_pointer_t<Object>, Destroy>;
 
 /// Calls work() in every process, which must not communicate. If it throws in any, all throw what the lowest
 /// of those ranks did (InvalidInput, StencilError, SolverError, std::bad_alloc, else std::runtime_error), with
-/// its rank in the message unless it happened everywhere. StencilError::point is then of that rank; the
+/// its rank in the message unless all threw the same. StencilError::point is then of that rank; the
 /// message has its number in the whole cloud, and counts that rank's rows.
 void together(MPI_Comm comm, const std::function<void()>& work);
 

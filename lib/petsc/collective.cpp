@@ -97,9 +97,9 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   const int all = processes(comm);
   const int first = least_of(comm, failed ? rank_of(comm) : all);
   if (first == all) return;
-  const int count = sum_of(comm, int{failed});
+  const std::string own = failed ? failure.message : "";
   broadcast(comm, first, failure);
-  if (count < all)
+  if (anywhere(comm, !failed || own != failure.message))
     failure.message += " (on rank " + std::to_string(first) + " of " + std::to_string(all) + ")";
   raise(failure);
 }

@@ -114,10 +114,21 @@ enum class Failed { No, Singular, Memory };
 Failed failure_of(MPI_Comm comm, PC pc) {
   PCFailedReason reason;
   check(PCGetFailedReasonRank(pc, &reason));
-  const Failed here = reason == PC_NOERROR            ? Failed::No
-                      : reason == PC_FACTOR_OUTMEMORY ? Failed::Memory
-                                                      : Failed::Singular;
-  return static_cast<Failed>(largest_of(comm, static_cast<int>(here)));
+  auto failed = reason == PC_NOERROR            ? Failed::No
+                : reason == PC_FACTOR_OUTMEMORY ? Failed::Memory
+                                                : Failed::Singular;
+  MatSolverType solver;
+  check(PCFactorGetMatSolverType(pc, &solver));
+  if (failed == Failed::Singular && solver && std::string(solver) == MATSOLVERMUMPS) {
+    Mat factor;
+    PetscInt error;
+    check(PCFactorGetMatrix(pc, &factor));
+    check(MatMumpsGetInfog(factor, 1, &error));
+    // MUMPS's user guide, section 8: these are what it calls a lack of memory.
+    const auto lacks = {-7, -8, -9, -11, -13, -14, -15, -17, -18, -19, -20};
+    if (std::ranges::find(lacks, error) != lacks.end()) failed = Failed::Memory;
+  }
+  return static_cast<Failed>(largest_of(comm, static_cast<int>(failed)));
 }
 
 /// MUMPS's factors as a preconditioner. `memory`: bytes for all processes, 0: as many as it takes.
