@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the dev and asan presets and runs all tests in both:
-#     bash tests/run.sh       (on two cores about 25 minutes, 8 when already built)
+#     bash tests/run.sh       (on two cores about 35 minutes, 12 when already built)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 source apps/dependencies.sh
