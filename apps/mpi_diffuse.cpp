@@ -326,11 +326,17 @@ path with_ending(path file, const std::string& ending) {
   return file.replace_filename(file.stem().string() + ending);
 }
 
-/// A .pvtu and a piece beside it for each process, OUT_rank0.vtu and so on.
-void write_pieces(const OperatorOptions& options, const path& file, const gradpsi::Table& part) {
+/// OUT_rank0.vtu and so on.
+std::vector<path> pieces_of(const path& file) {
   std::vector<path> pieces;
   for (int r = 0; r < petsc::processes(comm()); ++r)
     pieces.push_back(with_ending(file, "_rank" + std::to_string(r) + ".vtu"));
+  return pieces;
+}
+
+/// A .pvtu and a piece beside it for each process.
+void write_pieces(const OperatorOptions& options, const path& file, const gradpsi::Table& part) {
+  const std::vector<path> pieces = pieces_of(file);
   together(comm(), [&] {
     check_outputs(options, {file, pieces[rank()]});
     write_vtu(pieces[rank()], part);
@@ -410,7 +416,9 @@ void run(const DiffuseOptions& options) {
   const bool csv = options.output.extension() == ".csv";
   const path picture = options.beside(".png"),
              output = csv ? options.output : options.beside(".pvtu");
-  check_outputs(options, {output, picture});
+  std::vector<path> files = csv ? std::vector<path>() : pieces_of(output);
+  files.insert(files.end(), {output, picture});
+  check_outputs(options, files);
   MpiProblem problem(options);
   Eigen::VectorXd u = problem.column(options.field);
   const Range before = range_of_all(u);

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <string>
 #include <thread>
@@ -19,7 +20,10 @@ namespace {
 struct Arguments {
   Arguments(int argc, char** argv) : ours{argv[0]}, petsc{argv[0]} {
     const auto is_petsc = [](const char* a) {
-      return a[0] == '-' && std::isalpha(static_cast<unsigned char>(a[1])) && a[2] != '\0';
+      char* end;
+      std::strtod(a, &end);  // -inf is a number
+      return a[0] == '-' && std::isalpha(static_cast<unsigned char>(a[1])) && a[2] != '\0' &&
+             *end != '\0';
     };
     for (int k = 1; k < argc; ++k) {
       if (!is_petsc(argv[k])) {
@@ -53,13 +57,16 @@ void fail_together(const std::string& message) {
   if (!all_here) MPI_Abort(PETSC_COMM_WORLD, 1);
 }
 
-/// Options that PETSc has not been asked for: misspelt ones, most likely.
-void warn_of_unused_options() {
+/// Options that PETSc has not been asked for: misspelt ones, most likely. PETSc is not to list them again.
+void warn_of_unused_options(bool speaks) {
   PetscInt count;
   char **names, **values;
   if (PetscOptionsLeftGet(nullptr, &count, &names, &values) != 0) return;
-  for (PetscInt k = 0; k < count; ++k)
-    std::cerr << "warning: PETSc did not use the option -" << names[k] << '\n';
+  for (PetscInt k = 0; k < count; ++k) {
+    const std::string name = '-' + std::string(names[k]);
+    if (speaks) std::cerr << "warning: PETSc did not use the option " << name << '\n';
+    PetscOptionsClearValue(nullptr, name.c_str());
+  }
   PetscOptionsLeftRestore(nullptr, &count, &names, &values);
 }
 
@@ -93,8 +100,7 @@ int main(int argc, char** argv) {
     arguments.ours.push_back(nullptr);
     code = run_command_line(app, count, arguments.ours.data(), rank == 0, fail_together);
   }
-  if (code == 0 && rank == 0) warn_of_unused_options();
-  PetscOptionsClear(nullptr);  // or PETSc would list them, too
+  warn_of_unused_options(code == 0 && rank == 0);
   PetscFinalize();
   return code;
 }

@@ -213,25 +213,17 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
                                  const BoundaryConditions& conditions,
                                  const DiffusionOptions& options)
     : fixed_(conditions.fixed),
-      coefficient_(options.theta * options.diffusivity),
       time_step_(options.time_step),
       theta_(options.theta),
       threads_(options.solver.threads) {
   check(cloud, laplacian);
   check(options, cloud.size());
   check(conditions, cloud);
+  const double coefficient = options.theta * options.diffusivity;
   const int n = cloud.size();
   const SparseMatrix& psi = laplacian.matrix();
   const std::vector<int> fixed_place = places(fixed_.points, n);
-  std::vector<int> psi_row;  // of each row
-  for (int k = 0; k < psi.rows(); ++k) {
-    const int i = laplacian.points.empty() ? k : laplacian.points[k];
-    if (fixed_place[i] >= 0) continue;
-    rows_.push_back(i);
-    psi_row.push_back(k);
-  }
-  for (int i = 0; i < n; ++i)
-    if (fixed_place[i] < 0) columns_.push_back(i);
+  const std::vector<int> psi_row = choose_rows(laplacian, fixed_place);
   const std::vector<int> column_place = places(columns_, n), row_place = places(rows_, n);
   for (const int i : rows_) diagonal_places_.push_back(column_place[i]);
 
@@ -250,7 +242,7 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
       throw InvalidInput("the Laplacian has no row for the wall condition" + at_point(cloud, i));
     wall_of[row] = k;
     WallRow wall{row, size_of_row(wall_matrix, k, cloud, i),
-                 std::abs(coefficient_ * psi.coeff(psi_row[row], i)), 1};
+                 std::abs(coefficient * psi.coeff(psi_row[row], i)), 1};
     wall.scale = row_scale(wall, rate_of(time_step_));
     walls_.push_back(wall);
     evolves_[row] = 0;
@@ -259,7 +251,7 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
 
   const auto for_each_entry = [&](int row, const auto& f) {
     const int k = wall_of[row];
-    const double factor = k >= 0 ? walls_[k].scale : -coefficient_;
+    const double factor = k >= 0 ? walls_[k].scale : -coefficient;
     const SparseMatrix& source = k >= 0 ? wall_matrix : psi;
     for (SparseMatrix::InnerIterator a(source, k >= 0 ? k : psi_row[row]); a; ++a)
       f(static_cast<int>(a.col()), factor * a.value());
@@ -269,8 +261,30 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
                  for_each_entry);
   coupling_ *= -1;
 
-  diagonal_ = Eigen::VectorXd::Zero(count);
-  for (int row = 0; row < count; ++row) {
+  add_rate(cloud);
+  points = system_points(cloud, laplacian, rows_);
+  for (const WallRow& wall : walls_) points.walls.push_back(wall.row);
+}
+
+/// Sets the points of rows and columns; gives the Laplacian's row of each row.
+std::vector<int> DiffusionSystem::choose_rows(const Operator& laplacian,
+                                              const std::vector<int>& fixed_place) {
+  std::vector<int> psi_row;
+  for (int k = 0; k < laplacian.matrix().rows(); ++k) {
+    const int i = laplacian.points.empty() ? k : laplacian.points[k];
+    if (fixed_place[i] >= 0) continue;
+    rows_.push_back(i);
+    psi_row.push_back(k);
+  }
+  for (int i = 0; i < static_cast<int>(fixed_place.size()); ++i)
+    if (fixed_place[i] < 0) columns_.push_back(i);
+  return psi_row;
+}
+
+/// Keeps the diagonal where rows evolve, and adds 1/dt to it.
+void DiffusionSystem::add_rate(const Cloud& cloud) {
+  diagonal_ = Eigen::VectorXd::Zero(matrix.rows());
+  for (int row = 0; row < matrix.rows(); ++row) {
     if (evolves_[row] == 0) continue;
     double* const entry = diagonal(matrix, row);
     if (!entry)
@@ -278,8 +292,6 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
     diagonal_[row] = *entry;
     *entry += rate_of(time_step_);
   }
-  points = system_points(cloud, laplacian, rows_);
-  for (const WallRow& wall : walls_) points.walls.push_back(wall.row);
 }
 
 /// What a wall's row is multiplied by to be as large as its neighbours', so that residuals and

@@ -511,6 +511,7 @@ Table read_csv(const path& file, int part, int parts) {
   if (part < 0 || part >= parts)
     throw InvalidInput("there is no part " + std::to_string(part) + " of " + std::to_string(parts));
   Lines lines(file);
+  const std::int64_t size = parts > 1 ? lines.size() : 0;  // a pipe is refused before it is read
   std::string_view line;
   if (!lines.next(line) || trimmed(line).empty())
     throw InvalidInput(file.string() + ":1: expected a header row such as x,y,volume");
@@ -520,8 +521,7 @@ Table read_csv(const path& file, int part, int parts) {
   // A line belongs to the part in which it begins.
   std::int64_t end = std::numeric_limits<std::int64_t>::max();
   if (parts > 1) {
-    const std::int64_t first = lines.line_begin(),
-                       bytes = std::max<std::int64_t>(lines.size() - first, 0);
+    const std::int64_t first = lines.line_begin(), bytes = std::max<std::int64_t>(size - first, 0);
     const auto begin_of = [&](int p) {
       return first + bytes / parts * p + bytes % parts * p / parts;
     };

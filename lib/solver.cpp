@@ -19,6 +19,7 @@
 #include "matrix_checks.hpp"
 #include "median.hpp"
 #include "resize.hpp"
+#include "solver_errors.hpp"
 #include "stopwatch.hpp"
 #include "text.hpp"
 #include "twin.hpp"
@@ -100,7 +101,6 @@ struct LinearSolver::State {
   void iterate(SolveReport& result, int limit);
   void iterate_or_factorise(SolveReport& result);
   void correct_walls(const double* r, double* z);
-  [[noreturn]] void throw_unsolved(const SolveReport& result) const;
 
   SparseMatrix A;
   SystemPoints points;
@@ -152,13 +152,7 @@ void LinearSolver::State::check() const {
     if (i < 0 || i >= n || std::exchange(is_wall[i], true))
       throw InvalidInput("wall row " + std::to_string(i) + " is not one of " + std::to_string(n) +
                          " rows, or there twice");
-  if (!(options.tolerance > 0 && options.tolerance < 1))
-    throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
-  if (options.max_iterations < 1)
-    throw InvalidInput("max_iterations must be at least 1, not " +
-                       std::to_string(options.max_iterations));
-  if (!(options.memory >= 0))
-    throw InvalidInput("memory must be >= 0 bytes, not " + shortest(options.memory));
+  check_options(options);
   checked_threads(options.threads);
 }
 
@@ -172,14 +166,8 @@ void LinearSolver::State::check_matrix() const {
     }
     if (zero) throw InvalidInput("the matrix has only zeros in the row of " + row(i));
   }
-  const FloatingRows floating = floating_rows(A);
-  if (floating.count > 0)
-    throw SolverError(
-        "the matrix is singular: the " + std::to_string(floating.count) +
-        " rows connected with that of " + row(floating.first) +
-        " sum to zero (to rounding), so any constant may be added to their solution; a "
-        "fixed value, an exchange with the outside or a shorter time step makes it "
-        "unique");
+  if (const FloatingRows rows = floating_rows(A); rows.count > 0)
+    throw floating(rows.count, row(rows.first));
 }
 
 Elimination LinearSolver::State::elimination(const SparseMatrix& matrix) const {
@@ -213,12 +201,8 @@ void LinearSolver::State::set_up() {
       case Method::Lu: return set_up_lu("as asked");
       case Method::Cholesky: break;
     }
-    if (!symmetric)
-      throw InvalidInput(
-          "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one is "
-          "not: use lu or krylov");
-    if (!set_up_cholesky("as asked"))
-      throw SolverError("the matrix is symmetric but not positive definite: use lu");
+    if (!symmetric) throw not_symmetric();
+    if (!set_up_cholesky("as asked")) throw indefinite();
   } catch (const FactorTooLarge& error) {
     throw SolverError(std::string(name(options.method)) + ": " + error.what() +
                       "; krylov takes little");
@@ -404,7 +388,7 @@ void LinearSolver::State::solve_directly(SolveReport& result) {
       if (!(residual <= result.residual)) result.residual = residual;  // NaN, too
     }
     if (good) return;
-    if (result.iterations == 2) throw_unsolved(result);
+    if (result.iterations == 2) throw unsolved(report, result);
     solve(residuals, corrections);
     solution += corrections;
   }
@@ -422,7 +406,7 @@ void LinearSolver::State::iterate(SolveReport& result, int limit) {
     double residual, before = std::numeric_limits<double>::infinity();
     while (!is_solution(c, residual)) {
       result.residual = residual;
-      if (left == 0 || !(residual < before / 2)) throw_unsolved(result);
+      if (left == 0 || !(residual < before / 2)) throw unsolved(report, result);
       before = residual;
       const int done =
           conjugate ? krylov->conjugate_gradients(A, scale, preconditioner, b, x, target, left)
@@ -449,17 +433,6 @@ void LinearSolver::State::iterate_or_factorise(SolveReport& result) {
   }
   std::string reason = report.reason + ", and iterations did not converge";
   lu_fits(reason) ? solve_directly(result) : iterate(result, options.max_iterations);
-}
-
-void LinearSolver::State::throw_unsolved(const SolveReport& result) const {
-  if (!std::isfinite(result.residual))
-    throw SolverError("the solution by " + report.description + " is not finite");
-  const bool iterative = report.method == Method::Krylov;
-  throw SolverError(
-      report.description + " did not converge: relative residual " + rounded(result.residual) +
-          " after " + std::to_string(result.iterations) +
-          (iterative ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
-      result.residual);
 }
 
 LinearSolver::LinearSolver(SparseMatrix matrix, SolverOptions options, SystemPoints points)

@@ -116,6 +116,8 @@ class DiffusionSystem {
     double diffusion;  // theta nu |psi_ii|
     double scale;      // what the row is multiplied by
   };
+  std::vector<int> choose_rows(const Operator& laplacian, const std::vector<int>& fixed_place);
+  void add_rate(const Cloud& cloud);
   static double row_scale(const WallRow& wall, double rate);
   double* diagonal(SparseMatrix& matrix, int row) const;
 
@@ -127,7 +129,7 @@ class DiffusionSystem {
   Eigen::VectorXd diagonal_;  // of the matrix without 1/dt, where rows evolve
   SparseMatrix coupling_;     // rows x fixed: what known values add to the right-hand side
   Eigen::VectorXd constant_;  // what source and flux add
-  double coefficient_, time_step_, theta_;
+  double time_step_, theta_;
   int threads_;
   Eigen::VectorXd known_;  // workspace of right_hand_side()
 };

@@ -44,6 +44,8 @@ using Handle = std::unique_ptr<std::remove_pointer_t<Object>, Destroy>;
 /// message has its number in the whole cloud, and counts that rank's rows.
 void together(MPI_Comm comm, const std::function<void()>& work);
 
+struct HaloSearch;
+
 /// Points spread over processes: each owns as many as any other, give or take one, in a box of its own
 /// (recursive coordinate bisection by Zoltan).
 class Partition {
@@ -66,19 +68,17 @@ class Partition {
   /// @param of_own  a row for each own point, k columns
   Eigen::MatrixXd to_givers(const Eigen::MatrixXd& of_own) const;
 
-  /// Appends the other ranks whose boxes meet one given by its corners, d numbers each.
-  void append_owners(const double* low, const double* high, std::vector<int>& ranks) const;
+ private:
+  friend struct HaloSearch;
+  void distribute(const Cloud& given);
+  /// The other ranks whose boxes meet one given by its corners, d numbers each.
+  void owners_of(const double* low, const double* high, std::vector<int>& ranks) const;
   /// Whether no box but this process's meets that one.
   bool is_inside(const double* low, const double* high) const;
-  /// The largest magnitude of all coordinates, which are rounded accordingly.
-  double largest() const { return largest_; }
-
- private:
-  void distribute(const Cloud& given);
 
   MPI_Comm comm_;
   std::int64_t size_ = 0;
-  double largest_ = 0;
+  double largest_ = 0;  // magnitude of all coordinates, which are rounded accordingly
   PetscInt first_ = 0;
   Cloud cloud_;
   Handle<PetscSF> from_givers_;

@@ -6,7 +6,7 @@
 
 #include "../matrix_checks.hpp"
 #include "../sets.hpp"
-#include "../text.hpp"
+#include "../solver_errors.hpp"
 #include "../twin.hpp"
 #include "collective.hpp"
 #include "gradpsi/error.hpp"
@@ -55,16 +55,6 @@ FixedValues with_halo(const Subdomain& mine, const FixedValues& own) {
     if (place[i] < 0 && all(i, 0) != 0) result.points.push_back(i);
   if (prescribed) result.values = all(result.points, 1);
   return result;
-}
-
-void check(const SolverOptions& options) {
-  if (!(options.tolerance > 0 && options.tolerance < 1))
-    throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
-  if (options.max_iterations < 1)
-    throw InvalidInput("max_iterations must be at least 1, not " +
-                       std::to_string(options.max_iterations));
-  if (!(options.memory >= 0))
-    throw InvalidInput("memory must be >= 0 bytes, not " + shortest(options.memory));
 }
 
 /// Where this process's rows are in the system of all.
@@ -119,11 +109,14 @@ std::vector<RowSum> row_sums(const SparseMatrix& A) {
 /// Throws if a row is not finite, or has only zeros.
 void check_rows(const Cloud& cloud, const DiffusionSystem& system,
                 const std::vector<RowSum>& sums) {
+  const auto point = [&](std::size_t k) {
+    return "point " + std::to_string(cloud.number(system.rows()[k]));
+  };
   for (std::size_t k = 0; k < sums.size(); ++k) {
-    const std::string point = "point " + std::to_string(cloud.number(system.rows()[k]));
     if (!std::isfinite(sums[k].size))
-      throw InvalidInput("the matrix is not finite in the row of " + point);
-    if (sums[k].size == 0) throw InvalidInput("the matrix has only zeros in the row of " + point);
+      throw InvalidInput("the matrix is not finite in the row of " + point(k));
+    if (sums[k].size == 0)
+      throw InvalidInput("the matrix has only zeros in the row of " + point(k));
   }
 }
 
@@ -135,7 +128,6 @@ void check_floating(const Subdomain& mine, const DiffusionSystem& system,
   const MPI_Comm comm = mine.partition().comm();
   const auto floats = [](const RowSum& row) { return vanishes(row.sum, row.size); };
   if (!anywhere(comm, std::ranges::any_of(sums, floats))) return;
-  const std::vector<int> place = own_places(mine);
   const auto& rows = system.rows();
   const auto& columns = system.columns();
   Sets connected(mine.cloud().size());
@@ -173,11 +165,7 @@ void check_floating(const Subdomain& mine, const DiffusionSystem& system,
   const std::int64_t count = sum_of(comm, std::int64_t{std::ranges::count_if(rows, [&](int i) {
                                       return lowest[connected.of(i)] == first;
                                     })});
-  throw SolverError(
-      "the matrix is singular: the " + std::to_string(count) +
-      " rows connected with that of point " + std::to_string(first) +
-      " sum to zero (to rounding), so any constant may be added to their solution; a "
-      "fixed value, an exchange with the outside or a shorter time step makes it unique");
+  throw floating(count, "point " + std::to_string(first));
 }
 
 /// The points of the system's columns, with their volumes.
@@ -209,6 +197,18 @@ bool is_dominant(const SparseMatrix& A, const std::vector<int>& diagonal,
   return true;
 }
 
+/// The compact twin of the system's matrix, see twin.hpp.
+Handle<Mat> twin_of(const Subdomain& mine, const DiffusionSystem& system, const Cloud& points,
+                    const Numbering& numbers, int threads) {
+  const MPI_Comm comm = mine.partition().comm();
+  const SparseMatrix& A = system.matrix;
+  const Eigen::VectorXd scales = column_values(
+      mine, system, twin_scales(A, points, numbers.diagonal, system.points.walls, threads));
+  SparseMatrix rows;
+  together(comm, [&] { compact_twin(A, points, numbers.diagonal, scales, threads, rows); });
+  return make_matrix(comm, rows, numbers.columns);
+}
+
 }  // namespace
 
 struct ImplicitDiffusion::State {
@@ -229,7 +229,7 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   const MPI_Comm comm = mine.partition().comm();
   const bool sourced = anywhere(comm, options.source.size() > 0);
   together(comm, [&] {
-    check(options.solver);
+    check_options(options.solver);
     if (laplacian.points != mine.own())
       throw InvalidInput("the Laplacian does not have the rows of all own points, in order");
     if (laplacian.volumes.size() != mine.cloud().size())
@@ -247,7 +247,8 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   const Cloud points = column_points(mine.cloud(), laplacian.volumes, system->columns());
   laplacian = {};
 
-  const auto [columns, diagonal, unknowns] = numbering(mine, *system);
+  const Numbering numbers = numbering(mine, *system);
+  const auto& [columns, diagonal, unknowns] = numbers;
   if (unknowns == 0) {
     nothing = {Method::Krylov, "nothing", "there are no unknowns", 0, {}};
     return;
@@ -262,18 +263,13 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
                 .ratio = stiffness(comm, system->matrix, points, diagonal, sums, threads),
                 .dimension = points.dimension()};
   traits.multigrid = needs_multigrid(traits.ratio, static_cast<double>(unknowns), traits.dimension);
-  const Method method = options.solver.method;
-  Handle<Mat> twin;
-  const bool iterates = method == Method::Auto || method == Method::Krylov;
   // The twin is worth its making where A has long rows or rows that multigrid cannot use.
+  const Method method = options.solver.method;
+  const bool iterates = method == Method::Auto || method == Method::Krylov;
   const bool wanted = traits.dimension == 3 || anywhere(comm, !walls.empty());
-  if (traits.multigrid && iterates && wanted && !has_option("-pc_type")) {
-    const Eigen::VectorXd scales =
-        column_values(mine, *system, twin_scales(system->matrix, points, diagonal, walls, threads));
-    SparseMatrix rows;
-    together(comm, [&] { compact_twin(system->matrix, points, diagonal, scales, threads, rows); });
-    twin = make_matrix(comm, rows, columns);
-  }
+  Handle<Mat> twin;
+  if (traits.multigrid && iterates && wanted && !has_option("-pc_type"))
+    twin = twin_of(mine, *system, points, numbers, threads);
   Handle<Mat> A = make_matrix(comm, system->matrix, columns);
   SparseMatrix().swap(system->matrix);  // Eigen 3.4 would keep the memory of what is assigned to
   solver.emplace(comm, std::move(A), std::move(twin), system->points.cloud.volumes(), walls, traits,

@@ -225,21 +225,17 @@ bool Partition::is_inside(const double* low, const double* high) const {
   return true;
 }
 
-void Partition::append_owners(const double* low, const double* high,
-                              std::vector<int>& ranks) const {
+void Partition::owners_of(const double* low, const double* high, std::vector<int>& ranks) const {
+  ranks.clear();
   if (!zoltan_) return;
   std::array<double, 6> box = {};
   for (int a = 0; a < cloud_.dimension(); ++a) box[a] = low[a], box[3 + a] = high[a];
-  const int rank = rank_of(comm_);
-  thread_local std::vector<int> owners, parts;
-  owners.resize(processes(comm_));
-  parts.resize(owners.size());
-  int owner_count, part_count;
+  int count, parts;
+  ranks.resize(processes(comm_));
   check_zoltan(Zoltan_LB_Box_PP_Assign(zoltan_.get(), box[0], box[1], box[2], box[3], box[4],
-                                       box[5], owners.data(), &owner_count, parts.data(),
-                                       &part_count));
-  for (int k = 0; k < owner_count; ++k)
-    if (owners[k] != rank) ranks.push_back(owners[k]);
+                                       box[5], ranks.data(), &count, nullptr, &parts));
+  ranks.resize(count);
+  std::erase(ranks, rank_of(comm_));
 }
 
 // The halo
@@ -275,9 +271,16 @@ class Boxes {
   std::vector<double> corners_;
 };
 
+}  // namespace
+
 /// What each process asks of others: their points in boxes around its own.
-std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
-                              const Eigen::VectorXd& reach) {
+struct HaloSearch {
+  static std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
+                                       const Eigen::VectorXd& reach);
+};
+
+std::map<int, Boxes> HaloSearch::requests(const Partition& partition, const Positions& x,
+                                          const Eigen::VectorXd& reach) {
   std::map<int, Boxes> result;
   const Cloud& own = partition.cloud();
   const int d = own.dimension();
@@ -286,7 +289,7 @@ std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
   for (int i = 0; i < own.size(); ++i) {
     const double r = reach[reach.size() == 1 ? 0 : i];
     for (int a = 0; a < d; ++a) {
-      const double more = r + rounding * (partition.largest() + own.box()[a] + r);
+      const double more = r + rounding * (partition.largest_ + own.box()[a] + r);
       low[a] = x(i, a) - more;
       high[a] = x(i, a) + more;
     }
@@ -303,8 +306,7 @@ std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
           meets &= shifted_high[a] >= 0 && shifted_low[a] <= length;
       }
       if (!meets) continue;
-      owners.clear();
-      partition.append_owners(shifted_low.data(), shifted_high.data(), owners);
+      partition.owners_of(shifted_low.data(), shifted_high.data(), owners);
       for (const int q : owners)
         result.try_emplace(q, d).first->second.extend(image, shifted_low.data(),
                                                       shifted_high.data());
@@ -312,6 +314,8 @@ std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
   }
   return result;
 }
+
+namespace {
 
 /// Own points in one of the boxes that a process asked for: place and number of each.
 std::vector<std::int64_t> answer(const Cloud& own, const Positions& x, const double* boxes) {
@@ -348,7 +352,7 @@ std::vector<Outsider> halo(const Partition& partition, const Positions& x,
   std::vector<PetscMPIInt> to;
   std::vector<double> boxes;
   std::map<int, Boxes> asks;
-  together(comm, [&] { asks = requests(partition, x, reach); });
+  together(comm, [&] { asks = HaloSearch::requests(partition, x, reach); });
   for (const auto& [rank, asked] : asks) {
     to.push_back(rank);
     boxes.insert(boxes.end(), asked.corners().begin(), asked.corners().end());

@@ -7,6 +7,7 @@
 #include <span>
 #include <utility>
 
+#include "../solver_errors.hpp"
 #include "../stopwatch.hpp"
 #include "../text.hpp"
 #include "collective.hpp"
@@ -14,8 +15,6 @@
 
 namespace gradpsi::petsc {
 namespace {
-
-constexpr const char* indefinite = "the matrix is symmetric but not positive definite: use lu";
 
 /// Options of BoomerAMG for rows that are longer than those of finite elements, of which its defaults make dense
 /// ones: with them it takes a third of the time in three dimensions. The last is for these only.
@@ -42,7 +41,7 @@ void for_each_entry(Vec v, const F& f) {
   check(VecRestoreArray(v, &values));
 }
 
-/// A number from -1 to 1 for each row, the same whatever the number of processes.
+/// A number from -1 to 1 for each row.
 double noise(std::uint64_t number, std::uint64_t seed) {
   std::uint64_t x = number * 0x9E3779B97F4A7C15u + seed;  // Steele, Lea, Flood: splitmix64
   x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
@@ -138,11 +137,11 @@ void set_mumps(MPI_Comm comm, PC pc, bool cholesky, double memory) {
   check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   check(PCFactorSetUpMatSolverType(pc));
   check(PCFactorGetMatrix(pc, &factor));
-  check(MatMumpsSetIcntl(factor, 14,
-                         100));  // per cent more workspace than estimated: 20 can be too few
-  if (memory == 0) return;
+  // Per cent more workspace than estimated: the usual 20 can be too few.
+  check(MatMumpsSetIcntl(factor, 14, 100));
   const double megabytes = memory / processes(comm) / 1e6;
-  check(MatMumpsSetIcntl(factor, 23, std::max(1, static_cast<int>(std::min(megabytes, 1e9)))));
+  if (memory == 0 || megabytes > 1e6) return;  // more than any process has
+  check(MatMumpsSetIcntl(factor, 23, std::max(1, static_cast<int>(megabytes))));
 }
 
 }  // namespace
@@ -249,11 +248,11 @@ SolveReport Solver::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
   start(b, x, unit);
   const int most = options_.max_iterations;
   if (!iterate(result, fallback_ ? std::min(most, 1'000) : most)) {
-    if (!fallback_) throw_unsolved(result);
+    if (!fallback_) throw unsolved(report_, result);
     result = {};
     factorise(Method::Lu, report_.reason + ", and iterations did not converge");
     start(b, x, unit);
-    if (!iterate(result, 3)) throw_unsolved(result);
+    if (!iterate(result, 3)) throw unsolved(report_, result);
   }
   for_each_entry(x_.get(), [&](PetscInt k, double& v) { x[k] = std::ldexp(v, unit); });
   result.seconds = watch.lap();
@@ -272,10 +271,7 @@ void Solver::set_up(const std::vector<int>& walls, const Traits& traits) {
   if (chosen) reason = "as asked by PETSc's options";
   switch (options_.method) {
     case Method::Cholesky:
-      if (!symmetric_)
-        throw InvalidInput(
-            "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one "
-            "is not: use lu or krylov");
+      if (!symmetric_) throw not_symmetric();
       return factorise(Method::Cholesky, "as asked");
     case Method::Lu: return factorise(Method::Lu, "as asked");
     case Method::Krylov: reason = chosen ? reason : "as asked"; break;
@@ -342,7 +338,7 @@ void Solver::factorise(Method method, const std::string& reason) {
   PetscInt negative_pivots;
   check(PCFactorGetMatrix(pc, &factor));
   check(MatMumpsGetInfog(factor, 12, &negative_pivots));
-  if (negative_pivots > 0) throw SolverError(indefinite);
+  if (negative_pivots > 0) throw indefinite();
 }
 
 PC Solver::new_solver(KSPType type) {
@@ -368,6 +364,7 @@ void Solver::finish(Method method, const std::string& reason) {
   check(KSPGetTolerances(ksp, &options_.tolerance, nullptr, nullptr, &iterations));
   options_.max_iterations =
       static_cast<int>(std::min<PetscInt>(iterations, std::numeric_limits<int>::max()));
+  check_options(options_);  // -ksp_rtol and -ksp_max_it may have changed them
   KSPType type;
   PC pc;
   check(KSPGetType(ksp, &type));
@@ -382,7 +379,7 @@ void Solver::finish(Method method, const std::string& reason) {
     const std::string solver_name(name(method));
     if (failed == Failed::Memory)
       throw SolverError(solver_name + ": the factor does not fit the memory; krylov takes little");
-    if (method == Method::Cholesky) throw SolverError(indefinite);
+    if (method == Method::Cholesky) throw indefinite();
     throw SolverError(solver_name + ": the matrix could not be factorised, it is singular");
   }
   report_.factor.factor_seconds = watch.lap();
@@ -453,7 +450,7 @@ double Solver::size_of_terms() {
 /// the tolerance, or as small as rounding lets it be.
 bool Solver::iterate(SolveReport& result, int limit) {
   double before = std::numeric_limits<double>::infinity(), tolerance = options_.tolerance;
-  for (int left = limit, rounds = 0;; ++rounds) {
+  for (int left = limit, rounds = 0, done = 1;; ++rounds) {
     const auto [norm, size] = sizes();
     result.residual = norm / size;
     if (!std::isfinite(norm)) return false;
@@ -461,11 +458,11 @@ bool Solver::iterate(SolveReport& result, int limit) {
     if (rounds > 0 && norm <= 1e-4 * size &&
         norm <= 8 * std::numeric_limits<double>::epsilon() * size_of_terms())
       return true;
-    if (left <= 0 || !(norm < before / 2)) return false;
-    // The solver's own residual, scaled and updated, was small enough: it must become smaller.
-    if (rounds > 0) tolerance *= std::min(0.5, options_.tolerance * size / norm);
+    if (left <= 0 || rounds == 20 || (done > 0 && !(norm < before / 2))) return false;
+    // The solver's own residual, scaled, preconditioned or updated, was small enough: it must become smaller.
+    if (rounds > 0) tolerance *= std::min(0.1, options_.tolerance * size / norm);
     before = norm;
-    const int done = advance(tolerance, left);
+    done = advance(tolerance, left);
     left -= std::max(done, 1);
     result.iterations += report_.method == Method::Krylov || rounds > 0 ? done : 0;
   }
@@ -484,17 +481,6 @@ int Solver::advance(double tolerance, int limit) {
   check(KSPSolve(ksp_.get(), r_.get(), correction.get()));
   check(VecAXPY(x_.get(), 1, correction.get()));
   return 1;
-}
-
-void Solver::throw_unsolved(const SolveReport& result) const {
-  if (!std::isfinite(result.residual))
-    throw SolverError("the solution by " + report_.description + " is not finite");
-  const bool krylov = report_.method == Method::Krylov;
-  throw SolverError(
-      report_.description + " did not converge: relative residual " + rounded(result.residual) +
-          " after " + std::to_string(result.iterations) +
-          (krylov ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
-      result.residual);
 }
 
 }  // namespace gradpsi::petsc

@@ -80,7 +80,6 @@ class Solver {
   int advance(double tolerance, int limit);
   Sizes sizes();
   double size_of_terms();
-  [[noreturn]] void throw_unsolved(const SolveReport& result) const;
 
   MPI_Comm comm_;
   Handle<Mat> A_, twin_;
