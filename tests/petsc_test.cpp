@@ -304,6 +304,7 @@ INSTANTIATE_TEST_SUITE_P(
     Petsc, EveryProblem,
     testing::Values(
         Problem{"symmetric", "laplacian-mixed-zoc", 2, 1e-3, 1, true, false, false},
+        Problem{"symmetric_crank", "laplacian-mixed-zoc", 2, 1e-3, 0.5, true, false, false},
         Problem{"without_conditions", "laplacian-mixed-zoc", 2, 1e-2, 1, false, false, false},
         Problem{"long_steps", "laplacian-mixed-zoc", 2, 10, 1, true, false, true},
         Problem{"steady", "laplacian-mixed-zoc", 3, infinity, 1, true, false, false},
@@ -320,6 +321,31 @@ INSTANTIATE_TEST_SUITE_P(
         Problem{"multigrid_walls", "laplacian-mixed-zoc", 2, 1, 1, true, true, false, Method::Auto,
                 60}),
     [](const auto& the_case) { return the_case.param.name; });
+
+TEST(Petsc, WallsCostFewIterations) {
+  const Cloud cloud = irregular_cloud(2, 30);
+  const Eigen::VectorXd support = Eigen::VectorXd::Constant(1, rich_support(cloud));
+  const Partition partition = partitioned(cloud);
+  const Subdomain mine(partition, support);
+  const Neighbours near = find_neighbours(mine, support);
+  BoundaryConditions conditions;
+  std::vector<int> right;
+  for (const int i : mine.own()) {
+    const double x = mine.cloud().positions()(i, 0);
+    if (x < cloud.spacing()) conditions.fixed.points.push_back(i);
+    if (x > 1 - cloud.spacing()) right.push_back(i);
+  }
+  const auto iterations = [&] {
+    ImplicitDiffusion heat(mine, assemble("laplacian-mixed-zoc", mine, near), conditions,
+                           {.time_step = infinity, .solver = {.method = Method::Krylov}});
+    Eigen::VectorXd u = partition.cloud().positions().col(1);
+    return heat.step(u).iterations;
+  };
+  const int without = iterations();
+  conditions.walls = {.points = right, .normals = Positions::Ones(std::ssize(right), 2)};
+  conditions.walls.gradient = assemble("gradient-direct-soc", mine, near, {.rows = right}).axes;
+  EXPECT_LT(iterations(), 2 * without + 10);
+}
 
 TEST(Petsc, AFewPointsAreEnough) {
   for (const int n : {0, 1, 2, 3, 5}) {

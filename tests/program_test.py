@@ -563,6 +563,13 @@ class Mpi(DiffusionScene):
         self.assertIn("cannot find", self.run_mpi(2, *steps, "-ksp_type", "nonsense", expect=1).replace("Unable to find", "cannot find"))
         for method in ["cholesky", "lu"]:
             self.assertIn("by MUMPS (PETSc, 2 processes)", self.run_mpi(2, *steps, "--method", method))
+        for options in [["-ksp_type", "gmres", "-pc_type", "asm"], ["-ksp_type", "gmres", "-pc_type", "bjacobi"],
+                        ["--method", "lu", "--memory", "inf"]]:
+            self.run_mpi(3, *steps, *options)  # preconditioned residuals, too, must end below the tolerance
+        self.assertIn("PETSc Performance Summary", self.run_mpi(2, *steps, "-log_view"))
+        self.assertIn("tolerance must be between 0 and 1, not 2", self.run_mpi(2, *steps, "-ksp_rtol", 2, expect=1))
+        self.assertIn("the factor does not fit the memory",
+                      self.run_mpi(2, *steps, "--method", "lu", "--memory", 1e-4, expect=1))
 
     def test_an_error_ends_all_processes(self):
         steps = ["--field", "T", "--scheme", "laplacian-mixed-zoc", "--support", 0.15, "--time-step", 1e-3, "--steps", 1, "-o"]
