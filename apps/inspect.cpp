@@ -254,7 +254,7 @@ Json json(const Problem& problem, const Findings& f) {
                       {"bandwidth", m.bandwidth},
                       {"gershgorin_leftmost", m.leftmost},
                       {"gershgorin_rightmost", m.rightmost},
-                      {"solver", name(m.solver)}};
+                      {"solver", m.symmetric ? "cholesky" : "lu"}};
   result["verdict"] = {{"grows", f.forecast.grows},
                        {"certain", f.forecast.certain},
                        {"point", f.forecast.point},

@@ -9,8 +9,8 @@
 #include <memory>
 #include <numeric>
 
+#include "../lib/base/stopwatch.hpp"
 #include "../lib/petsc/collective.hpp"
-#include "../lib/stopwatch.hpp"
 #include "diffuse_options.hpp"
 #include "mpi_commands.hpp"
 #include "picture.hpp"

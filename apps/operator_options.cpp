@@ -11,7 +11,7 @@
 #include <sstream>
 #include <utility>
 
-#include "../lib/stopwatch.hpp"
+#include "../lib/base/stopwatch.hpp"
 
 using gradpsi::InvalidInput;
 using gradpsi::Stopwatch;

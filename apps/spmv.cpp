@@ -11,7 +11,7 @@
 #include <iostream>
 #include <memory>
 
-#include "../lib/parallel.hpp"
+#include "../lib/base/parallel.hpp"
 #include "commands.hpp"
 #include "timing.hpp"
 

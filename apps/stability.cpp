@@ -17,7 +17,7 @@
 #include <iostream>
 #include <memory>
 
-#include "../lib/parallel.hpp"
+#include "../lib/base/parallel.hpp"
 #include "commands.hpp"
 #include "failures.hpp"
 #include "progress.hpp"

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "../lib/median.hpp"
-#include "../lib/stopwatch.hpp"
+#include "../lib/base/median.hpp"
+#include "../lib/base/stopwatch.hpp"
 
 /// Seconds that work() takes: the median of at least three runs after a first one, and of `at_least` seconds'
 /// worth. What takes over a fifth of a second is run once.

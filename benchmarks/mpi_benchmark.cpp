@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "../lib/base/stopwatch.hpp"
 #include "../lib/petsc/collective.hpp"
-#include "../lib/stopwatch.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // What the memory allows: every other benchmark's bytes per second are compared with these.
 
-#include "../lib/memory.hpp"
-#include "../lib/parallel.hpp"
+#include "../lib/base/memory.hpp"
+#include "../lib/base/parallel.hpp"
 #include "kernels.hpp"
 #include "suite.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nanoflann.hpp>
 
-#include "../lib/parallel.hpp"
+#include "../lib/base/parallel.hpp"
 #include "suite.hpp"
 
 namespace {

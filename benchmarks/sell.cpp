@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
-#include "../lib/memory.hpp"
-#include "../lib/parallel.hpp"
+#include "../lib/base/memory.hpp"
+#include "../lib/base/parallel.hpp"
 
 namespace {
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "../lib/memory.hpp"
-#include "../lib/parallel.hpp"
+#include "../lib/base/memory.hpp"
+#include "../lib/base/parallel.hpp"
 #include "sell.hpp"
 #include "suite.hpp"
 

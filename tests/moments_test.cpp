@@ -1,4 +1,4 @@
-#include "../lib/moments.hpp"
+#include "operators/moments.hpp"
 
 #include <gtest/gtest.h>
 

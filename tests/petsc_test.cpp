@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "../lib/median.hpp"
+#include "base/median.hpp"
 #include "clouds.hpp"
 
 namespace gradpsi::petsc {

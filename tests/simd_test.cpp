@@ -1,17 +1,19 @@
 // The vector code, for every kind of processor that this machine can stand for, against plain loops.
 
-#include "../lib/simd.hpp"
-
 #include <random>
 
 #include "clouds.hpp"
+#include "matrix/products.hpp"
+#include "operators/assemble.hpp"
+#include "operators/batch/batch.hpp"
+#include "search/candidates.hpp"
 
 namespace gradpsi {
 namespace {
 
-class VectorCode : public testing::TestWithParam<Simd> {
+class VectorCode : public testing::TestWithParam<Cpu> {
  protected:
-  const Simd& code() const { return GetParam(); }
+  const Cpu& code() const { return GetParam(); }
 };
 
 /// Largest difference over the largest entry, row by row, times the reciprocal condition number.
@@ -113,9 +115,9 @@ TEST_P(VectorCode, FindsCandidates) {
         for (int a = 0; a < d; ++a) all = all && x[a][k] >= low[a] && x[a][k] <= high[a];
         if (all) inside.push_back(k);
       }
-      const int found =
-          code().candidates.filter[d - 1](from.data(), number.data(), 0, count, low.data(),
-                                          high.data(), shift.data(), to.data(), kept_number.data());
+      const int found = candidate_kernels(code()).filter[d - 1](
+          from.data(), number.data(), 0, count, low.data(), high.data(), shift.data(), to.data(),
+          kept_number.data());
       ASSERT_EQ(found, std::ssize(inside));
       for (int k = 0; k < found; ++k) {
         EXPECT_EQ(kept_number[k], number[inside[k]]);
@@ -135,13 +137,13 @@ TEST_P(VectorCode, FindsCandidates) {
         if (k != centre && squared < 0.16) near.push_back(number[k]);
       }
       int coincident = 0;
-      const int size = code().candidates.select[d - 1](from.data(), number.data(), count, at.data(),
-                                                       0.16, kept_number.data(), &coincident);
+      const int size = candidate_kernels(code()).select[d - 1](
+          from.data(), number.data(), count, at.data(), 0.16, kept_number.data(), &coincident);
       kept_number.resize(size);
       EXPECT_EQ(kept_number, near);
       EXPECT_EQ(coincident, 1);  // the point itself
-      const double least = code().candidates.nearest[d - 1](from.data(), number.data(), count,
-                                                            at.data(), number[centre]);
+      const double least = candidate_kernels(code()).nearest[d - 1](
+          from.data(), number.data(), count, at.data(), number[centre]);
       EXPECT_EQ(least == nearest || std::abs(least - nearest) < 1e-15 * nearest, true);
     }
 }
@@ -166,33 +168,34 @@ TEST_P(VectorCode, MultipliesRowsOfAnyLength) {
         A.outerIndexPtr(), A.innerIndexPtr(), entries, {A.valuePtr()}, {}, {}};
     for (int v = 0; v < vectors; ++v)
       arguments.x[v] = x.col(v).data(), arguments.y[v] = y.col(v).data();
-    code().products.vectors[vectors - 1](arguments, 0, n);
+    product_kernels(code()).vectors[vectors - 1](arguments, 0, n);
     EXPECT_TRUE(near(y.leftCols(vectors), A * x.leftCols(vectors)));
   }
   for (int matrices = 1; matrices <= 3; ++matrices) {
-    code().products.matrices[matrices - 1]({A.outerIndexPtr(),
-                                            A.innerIndexPtr(),
-                                            entries,
-                                            {A.valuePtr(), B.valuePtr(), C.valuePtr()},
-                                            {x.data()},
-                                            {y.col(0).data(), y.col(1).data(), y.col(2).data()}},
-                                           0, n);
+    product_kernels(code()).matrices[matrices - 1](
+        {A.outerIndexPtr(),
+         A.innerIndexPtr(),
+         entries,
+         {A.valuePtr(), B.valuePtr(), C.valuePtr()},
+         {x.data()},
+         {y.col(0).data(), y.col(1).data(), y.col(2).data()}},
+        0, n);
     const SparseMatrix* all[] = {&A, &B, &C};
     for (int m = 0; m < matrices; ++m) EXPECT_TRUE(near(y.col(m), *all[m] * x.col(0)));
   }
-  code().products.single({single.outerIndexPtr(),
-                          single.innerIndexPtr(),
-                          entries,
-                          {single.valuePtr()},
-                          {x.data()},
-                          {y.data()}},
-                         0, n);
+  product_kernels(code()).single({single.outerIndexPtr(),
+                                  single.innerIndexPtr(),
+                                  entries,
+                                  {single.valuePtr()},
+                                  {x.data()},
+                                  {y.data()}},
+                                 0, n);
   EXPECT_TRUE(near(y.col(0), single.cast<double>() * x.col(0)));
 }
 
 INSTANTIATE_TEST_SUITE_P(Processors, VectorCode,
-                         testing::ValuesIn(std::vector<Simd>(runnable_simd().begin(),
-                                                             runnable_simd().end())),
+                         testing::ValuesIn(std::vector<Cpu>(runnable_cpus().begin(),
+                                                            runnable_cpus().end())),
                          [](const auto& the_case) { return std::string(the_case.param.name); });
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <numeric>
 #include <thread>
 
-#include "../lib/dissection.hpp"
-#include "../lib/matrix_checks.hpp"
-#include "../lib/twin.hpp"
 #include "clouds.hpp"
+#include "matrix/checks.hpp"
+#include "solve/ordering.hpp"
+#include "solve/twin.hpp"
 
 namespace gradpsi {
 namespace {

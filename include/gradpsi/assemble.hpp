@@ -1,39 +1,16 @@
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/kernel.hpp"
 #include "gradpsi/neighbours.hpp"
+#include "gradpsi/operator.hpp"
 #include "gradpsi/scheme.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
-
-/// Rows compressed, columns ascending, indices of 32 bits.
-using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, int>;
-
-/// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
-/// unknowns, neighbours on a line, circle or other quadric, reciprocal condition number below
-/// `singular_below`), that has no positive stencil if it is to be one, that has no neighbour at all, or
-/// that would hold a number that is not finite.
-enum class OnDegenerate {
-  Fail,   ///< throw StencilError
-  Lower,  ///< use the next lower consistency that can be solved; at last, zero
-  Widen,  ///< enlarge the support by a fifth until the row can be solved; beyond `widest`, zero
-  Zero    ///< leave the row zero
-};
-
-/// A moment system with a smaller reciprocal condition number (1-norm, scaled by h) counts as
-/// singular: less than two digits of its solution would be right. The systems of least squares are
-/// judged after scaling their diagonal to 1, which takes the degree out of the condition.
-inline constexpr double singular_below = 1e-14;
-
-/// OnDegenerate::Widen goes up to this many times the support (in periodic boxes half a box at most).
-inline constexpr double widest = 3;
 
 /// How rows are computed, and which.
 struct AssemblyOptions {
@@ -42,35 +19,6 @@ struct AssemblyOptions {
   /// Assemble these rows only, in this order (0-based points). Unset: all rows.
   std::optional<std::vector<int>> rows = {};
   int threads = 0;  ///< 0: as many as OpenMP offers; the result does not depend on it
-};
-
-/// What was done with a row.
-enum class RowOutcome : unsigned char { AsAsked, Lowered, Widened, Zero };
-std::string_view name(RowOutcome outcome);  ///< "as-asked", "lowered", "widened", "zero"
-
-/// How each assembled row came about; entry k belongs to row k of the matrices.
-struct RowReport {
-  Eigen::VectorXi neighbours;  ///< in the support used, without the point itself
-  Eigen::VectorXd supports;    ///< used: that of the neighbours, or what it was widened to
-  /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the row's moment system M at the consistency asked for,
-  /// in units of h: 0 if it has too few neighbours or broke down; 1 for zoc, which has no system, if
-  /// there are neighbours; of a positive stencil's few equations.
-  Eigen::VectorXd reciprocal_condition;
-  std::vector<RowOutcome> outcome;  ///< what was done
-  Eigen::VectorXi degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
-
-  int degenerate() const;  ///< rows whose outcome is not AsAsked
-};
-
-/// A derivative as sparse matrices, and how its rows came about.
-struct Operator {
-  std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
-  Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
-  RowReport rows;                  ///< how each row came about
-  std::vector<int> points =
-      {};  ///< whose rows these are, AssemblyOptions::rows; empty: all, in order
-
-  const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
 };
 
 /// The derivative operator of `scheme` on `cloud`.
@@ -111,6 +59,11 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 /// @throws StencilError  as assemble(); `op` then holds what could be computed
 void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
                 const AssemblyOptions& options = {});
+
+/// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
+/// @throws InvalidInput  if `near` belongs to another number of points, or a volume is beyond a double
+Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
+                                       const Kernel& kernel = kernels().front(), int threads = 0);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/operator.hpp"
 #include "gradpsi/solver.hpp"
 
 #pragma GCC visibility push(default)

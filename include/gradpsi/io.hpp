@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {

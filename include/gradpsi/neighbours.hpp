@@ -2,10 +2,10 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
-#include "gradpsi/kernel.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
@@ -61,13 +61,31 @@ Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
                            const std::vector<int>& rows, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
-/// @throws InvalidInput  if `threads` is out of range (so does number_density_volumes())
+/// @throws InvalidInput  if `threads` is out of range
 Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads = 0);
 
-/// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
-/// @throws InvalidInput  if `near` belongs to another number of points, or a volume is beyond a double
-Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
-                                       const Kernel& kernel = kernels().front(), int threads = 0);
+/// Points whose nearest neighbour is nearer than this part of the usual distance are worth a warning.
+inline constexpr double much_closer = 0.01;
+
+/// So are coordinates whose rounding is this part of the usual distance or more.
+inline constexpr double much_rounded = 1e-6;
+
+/// What about the points deserves a warning, a sentence each; mostly nothing. "Usual" is the median of
+/// nearest_distances(), which is what this costs, where supports differ in units of the support; points
+/// without neighbours do not count.
+///
+/// - Pairs much closer than is usual. Weights that grow like 1/r or 1/r^2 (diffuse) are dominated by them,
+///   and explicit time steps are limited.
+/// - Coordinates so far from the origin that they have lost digits: they are rounded by eps |x|, which
+///   moves points by the part eps |x| / dx of their distance. A first derivative is off by up to that part of
+///   |grad u|, a Laplacian by that part of |grad u| / dx. What is computed from them does not lose more,
+///   since only differences enter.
+///
+/// @param cloud    n points
+/// @param near     their neighbours: the supports count
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if `near` belongs to another number of points or `threads` is out of range
+std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads = 0);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {

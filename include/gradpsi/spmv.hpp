@@ -3,7 +3,7 @@
 #include <Eigen/SparseCore>
 #include <span>
 
-#include "gradpsi/assemble.hpp"
+#include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {

@@ -1,4 +1,4 @@
-#include "collective.hpp"
+#include "petsc/collective.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,15 +4,15 @@
 #include <optional>
 #include <string>
 
-#include "../matrix_checks.hpp"
-#include "../sets.hpp"
-#include "../solver_errors.hpp"
-#include "../twin.hpp"
-#include "collective.hpp"
+#include "base/sets.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
-#include "matrix.hpp"
-#include "solver.hpp"
+#include "matrix/checks.hpp"
+#include "petsc/collective.hpp"
+#include "petsc/matrix.hpp"
+#include "petsc/solver.hpp"
+#include "solve/errors.hpp"
+#include "solve/twin.hpp"
 
 namespace gradpsi::petsc {
 namespace {

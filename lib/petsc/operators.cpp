@@ -5,13 +5,13 @@
 #include <optional>
 #include <string>
 
-#include "../memory.hpp"
-#include "../sum.hpp"
-#include "../text.hpp"
-#include "collective.hpp"
+#include "base/memory.hpp"
+#include "base/sum.hpp"
+#include "base/text.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
-#include "matrix.hpp"
+#include "petsc/collective.hpp"
+#include "petsc/matrix.hpp"
 
 namespace gradpsi::petsc {
 namespace {

@@ -8,9 +8,9 @@
 #include <set>
 #include <stdexcept>
 
-#include "collective.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
+#include "petsc/collective.hpp"
 
 namespace gradpsi::petsc {
 namespace {

@@ -1,4 +1,4 @@
-#include "solver.hpp"
+#include "petsc/solver.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,11 +7,11 @@
 #include <span>
 #include <utility>
 
-#include "../solver_errors.hpp"
-#include "../stopwatch.hpp"
-#include "../text.hpp"
-#include "collective.hpp"
+#include "base/stopwatch.hpp"
+#include "base/text.hpp"
 #include "gradpsi/error.hpp"
+#include "petsc/collective.hpp"
+#include "solve/errors.hpp"
 
 namespace gradpsi::petsc {
 namespace {

@@ -1,4 +1,4 @@
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 #include <limits>
 #include <memory>

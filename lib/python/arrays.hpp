@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/text.hpp"
 #include "gradpsi/gradpsi.hpp"
-#include "text.hpp"
 
 namespace gradpsi::python {
 

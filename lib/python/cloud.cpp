@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {
@@ -83,7 +83,7 @@ void bind_matrices(py::module_& m) {
       .def_readonly("rightmost", &MatrixSummary::rightmost,
                     "By Gershgorin no eigenvalue has a real part above this (1/length^2)")
       .def_property_readonly(
-          "solver", [](const MatrixSummary& s) { return name(s.solver); },
+          "solver", [](const MatrixSummary& s) { return s.symmetric ? "cholesky" : "lu"; },
           "For implicit steps: \"cholesky\" where the matrix is symmetric, else \"lu\"");
   m.def(
       "summarise",

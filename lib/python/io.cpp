@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <system_error>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {

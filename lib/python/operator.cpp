@@ -4,7 +4,7 @@
 #include <cctype>
 #include <string>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "arrays.hpp"
+#include "python/arrays.hpp"
 
 namespace gradpsi::python {
 namespace {

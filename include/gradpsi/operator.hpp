@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string_view>
+#include <vector>
+
+#include "gradpsi/matrix.hpp"
+
+#pragma GCC visibility push(default)
+namespace gradpsi {
+
+/// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
+/// unknowns, neighbours on a line, circle or other quadric, reciprocal condition number below
+/// `singular_below`), that has no positive stencil if it is to be one, that has no neighbour at all, or
+/// that would hold a number that is not finite.
+enum class OnDegenerate {
+  Fail,   ///< throw StencilError
+  Lower,  ///< use the next lower consistency that can be solved; at last, zero
+  Widen,  ///< enlarge the support by a fifth until the row can be solved; beyond `widest`, zero
+  Zero    ///< leave the row zero
+};
+
+/// A moment system with a smaller reciprocal condition number (1-norm, scaled by h) counts as
+/// singular: less than two digits of its solution would be right. The systems of least squares are
+/// judged after scaling their diagonal to 1, which takes the degree out of the condition.
+inline constexpr double singular_below = 1e-14;
+
+/// OnDegenerate::Widen goes up to this many times the support (in periodic boxes half a box at most).
+inline constexpr double widest = 3;
+
+/// What was done with a row.
+enum class RowOutcome : unsigned char { AsAsked, Lowered, Widened, Zero };
+std::string_view name(RowOutcome outcome);  ///< "as-asked", "lowered", "widened", "zero"
+
+/// How each assembled row came about; entry k belongs to row k of the matrices.
+struct RowReport {
+  Eigen::VectorXi neighbours;  ///< in the support used, without the point itself
+  Eigen::VectorXd supports;    ///< used: that of the neighbours, or what it was widened to
+  /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the row's moment system M at the consistency asked for,
+  /// in units of h: 0 if it has too few neighbours or broke down; 1 for zoc, which has no system, if
+  /// there are neighbours; of a positive stencil's few equations.
+  Eigen::VectorXd reciprocal_condition;
+  std::vector<RowOutcome> outcome;  ///< what was done
+  Eigen::VectorXi degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
+
+  int degenerate() const;  ///< rows whose outcome is not AsAsked
+};
+
+/// A derivative as sparse matrices, and how its rows came about.
+struct Operator {
+  std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
+  Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
+  RowReport rows;                  ///< how each row came about
+  std::vector<int> points =
+      {};  ///< whose rows these are, AssemblyOptions::rows; empty: all, in order
+
+  const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
+};
+
+}  // namespace gradpsi
+#pragma GCC visibility pop

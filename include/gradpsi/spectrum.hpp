@@ -1,0 +1,89 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <vector>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/matrix.hpp"
+
+#pragma GCC visibility push(default)
+namespace gradpsi {
+
+/// What a Laplacian's entries tell about the matrix.
+struct MatrixSummary {
+  bool symmetric = false;  ///< omega_i a_ij = omega_j a_ji
+  bool dominant = false;   ///< |a_ii| >= sum_j |a_ij| in every row
+  bool m_matrix = false;   ///< minus the matrix: no negative weight, and dominant
+  int bandwidth = 0;       ///< largest |i - j| of an entry
+  /// By Gershgorin no eigenvalue has a real part beyond these; 1/length^2.
+  double leftmost = 0;
+  double rightmost = 0;  ///< see leftmost
+};
+/// @param laplacian  n x n
+/// @param volumes    n, those of the operator
+MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& volumes);
+
+/// The rows and columns of `points` (m x m), which ascend.
+/// @throws InvalidInput  if they do not, or one is out of range
+SparseMatrix principal_part(const SparseMatrix& A, const std::vector<int>& points);
+
+/// Growth below this part of the median |a_ii| counts as none. Where no condition holds at a boundary,
+/// polynomials are undamped: a matrix exact to degree P has a Jordan block of up to P / 2 + 1 rows at
+/// zero, and rounding scatters its eigenvalues by up to 1e-4 of the largest. Smooth fields change as slowly.
+inline constexpr double slow_growth = 1e-3;
+
+/// Whether solutions of du/dt = nu A u grow, told from a few rows.
+struct Forecast {
+  bool grows = false;    ///< by more than slow_growth
+  bool certain = false;  ///< proved, by Gershgorin's theorem or by Cauchy's interlacing
+  int point = -1;        ///< where growth is fastest, -1: nowhere
+  double rate = 0;       ///< there, 1/length^2; <= 0 without growth
+};
+
+/// Growth starts locally: at the nine points whose Gershgorin discs reach furthest to the right, the
+/// eigenvalues of the block of the 30 nearest points tell whether A has any with a positive real part.
+/// @param cloud      n points
+/// @param laplacian  n x n, of `cloud`'s points
+/// @param points     those that evolve, ascending; the others are fixed
+/// @param volumes    n, those of the operator
+Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::vector<int>& points,
+                  const Eigen::VectorXd& volumes);
+
+/// Eigenvalues of a matrix, 1/length^2 for a Laplacian.
+struct Spectrum {
+  Eigen::VectorXcd values;  ///< all in no order, or the rightmost and the leftmost
+  bool complete = true;     ///< whether these are all
+  double zero = 0;          ///< what counts as zero, slow_growth times the median |a_ii|
+
+  double rightmost() const;  ///< largest real part; 0 without eigenvalues
+  double leftmost() const;   ///< smallest
+  double widest() const;     ///< largest imaginary part
+  /// Whether an eigenvalue is to the right of zero.
+  bool grows() const { return rightmost() > zero; }
+};
+
+/// Up to `complete_below` rows all eigenvalues, by a dense method, O(n^3); else the rightmost and the
+/// leftmost, by Arnoldi iteration, to 1e-7 of the distance between them.
+/// @param A               n x n
+/// @param volumes         n: a matrix that is symmetric after scaling by them is treated as such, which is
+///   faster and more accurate; empty: not looked at
+/// @param complete_below  the most rows of a matrix all of whose eigenvalues are wanted
+/// @throws SolverError  if the iteration does not converge
+Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes = {},
+                  int complete_below = 2000);
+
+/// Explicit methods for du/dt = nu A u.
+enum class Stepper { Euler, RungeKutta4 };
+
+/// Largest dt nu (length^2) with which explicit steps of du/dt = nu A u keep every eigenvector from
+/// growing: |1 + z| <= 1 or |1 + z + z^2/2 + z^3/6 + z^4/24| <= 1 for z = dt nu lambda. 0 if one
+/// grows at any step; infinity if all eigenvalues are zero.
+double largest_stable_step(const Spectrum& spectrum, Stepper stepper);
+
+/// dt nu (length^2, ascending) at which I - dt nu A is singular: 1 / lambda for each real eigenvalue
+/// that is positive. Larger steps than the last of a complete spectrum meet none.
+std::vector<double> singular_steps(const Spectrum& spectrum);
+
+}  // namespace gradpsi
+#pragma GCC visibility pop

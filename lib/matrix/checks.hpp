@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <limits>
+
+#include "gradpsi/matrix.hpp"
+
+namespace gradpsi {
+
+/// Whether a sum is zero up to the rounding of terms whose magnitudes add up to `size`.
+inline bool vanishes(double sum, double size) {
+  return std::abs(sum) <= 100 * std::numeric_limits<double>::epsilon() * size;
+}
+
+/// Whether diag(scale) A is symmetric: entries (i, j) and (j, i) differ by at most 1e-12 of the
+/// geometric mean of the diagonal's i and j.
+bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale);
+
+/// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row, up to
+/// 1e-12 of it: by Gershgorin, if A is symmetric after scaling its rows, no eigenvalue is negative.
+bool is_dominant(const SparseMatrix& A);
+
+/// Rows connected with one another, and with no others, that all sum to zero: constants on them
+/// are in the null space.
+struct FloatingRows {
+  int first = -1;  ///< the lowest of the first such set; -1: there is none
+  int count = 0;   ///< how many there are in it
+};
+FloatingRows floating_rows(const SparseMatrix& A);
+
+}  // namespace gradpsi

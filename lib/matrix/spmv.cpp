@@ -1,0 +1,170 @@
+#include "gradpsi/spmv.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include "base/parallel.hpp"
+#include "base/resize.hpp"
+#include "gradpsi/error.hpp"
+#include "matrix/products.hpp"
+
+namespace gradpsi {
+namespace {
+
+constexpr int entries_per_chunk = 1 << 16;
+
+template <class Matrix>
+void check(const Matrix& A, Eigen::Index x, int threads) {
+  checked_threads(threads);
+  if (!A.isCompressed()) throw InvalidInput("the matrix is not compressed");
+  if (A.cols() != x)
+    throw InvalidInput("the vector has " + std::to_string(x) + " entries for " +
+                       std::to_string(A.cols()) + " columns");
+}
+
+void check_apart(const double* x, const double* y) {
+  if (x == y && x) throw InvalidInput("a product cannot be written over its argument");
+}
+
+template <class Matrix>
+int entries(const Matrix& A) {
+  return static_cast<int>(A.nonZeros());
+}
+
+/// Calls body(begin, end) on ranges of rows of about as many entries.
+template <class Matrix, class Body>
+void parallel_rows(const Matrix& A, int threads, const Body& body) {
+  const int* const outer = A.outerIndexPtr();
+  const int rows = static_cast<int>(A.rows());
+  const int parts = std::max(1, entries(A) / entries_per_chunk);
+  const auto first_row = [&](int part) {
+    if (part == parts) return rows;
+    const auto entry = static_cast<int>(std::int64_t{entries(A)} * part / parts);
+    return static_cast<int>(std::lower_bound(outer, outer + rows, entry) - outer);
+  };
+  parallel_chunks(parts, 1, threads, [&](int part, int) {
+    const int begin = part == 0 ? 0 : first_row(part), end = first_row(part + 1);
+    if (begin < end) body(begin, end);
+  });
+}
+
+template <class Matrix, class Value>
+void run(const Matrix& A, ProductFunction<Value> function, const ProductArguments<Value>& arguments,
+         int results, int threads) {
+  parallel_rows(A, threads, [&](int begin, int end) {
+    ProductArguments<Value> part = arguments;
+    for (int r = 0; r < results; ++r) part.y[r] += begin;
+    function(part, begin, end);
+  });
+}
+
+}  // namespace
+
+void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads) {
+  check(A, x.size(), threads);
+  check_apart(x.data(), y.data());
+  resize(y, A.rows());
+  run<SparseMatrix, double>(
+      A, product_kernels(gathering_cpu()).vectors[0],
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      threads);
+}
+
+void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, int threads) {
+  check(A, X.rows(), threads);
+  check_apart(X.data(), Y.data());
+  resize(Y, A.rows(), X.cols());
+  for (Eigen::Index first = 0; first < X.cols(); first += 4) {
+    const int count = static_cast<int>(std::min<Eigen::Index>(4, X.cols() - first));
+    ProductArguments<double> arguments{
+        A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {}, {}};
+    for (int c = 0; c < count; ++c) {
+      arguments.x[c] = X.col(first + c).data();
+      arguments.y[c] = Y.col(first + c).data();
+    }
+    run(A, product_kernels(gathering_cpu()).vectors[count - 1], arguments, count, threads);
+  }
+}
+
+void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eigen::MatrixXd& Y,
+              int threads) {
+  if (axes.empty() || axes.size() > 3)
+    throw InvalidInput("one to three matrices are multiplied together, not " +
+                       std::to_string(axes.size()));
+  const SparseMatrix& first = axes.front();
+  for (const SparseMatrix& A : axes) {
+    check(A, x.size(), threads);
+    if (A.rows() != first.rows() || A.nonZeros() != first.nonZeros())
+      throw InvalidInput("the matrices do not share their pattern");
+  }
+  check_apart(x.data(), Y.data());
+  const int count = static_cast<int>(axes.size());
+  resize(Y, first.rows(), count);
+  ProductArguments<double> arguments{
+      first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
+  for (int a = 0; a < count; ++a) {
+    arguments.values[a] = axes[a].valuePtr();
+    arguments.y[a] = Y.col(a).data();
+  }
+  run(first, product_kernels(gathering_cpu()).matrices[count - 1], arguments, count, threads);
+}
+
+void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y,
+              int threads) {
+  check(A, x.size(), threads);
+  check_apart(x.data(), y.data());
+  resize(y, A.rows());
+  run<SingleSparseMatrix, float>(
+      A, product_kernels(gathering_cpu()).single,
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      threads);
+}
+
+void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd& y,
+                        int threads) {
+  check(upper, x.size(), threads);
+  check_apart(x.data(), y.data());
+  if (upper.rows() != upper.cols()) throw InvalidInput("a symmetric matrix must be square");
+  // A fixed number of parts, so that the order of the sums does not depend on the threads.
+  constexpr int parts = 16;
+  const int n = static_cast<int>(upper.rows());
+  const int* const outer = upper.outerIndexPtr();
+  const int* const inner = upper.innerIndexPtr();
+  const double* const a = upper.valuePtr();
+  const auto first_row = [&](int part) { return static_cast<int>(std::int64_t{n} * part / parts); };
+  std::vector<Eigen::VectorXd> sums(parts);  // of rows from the part's first one on
+  parallel_chunks(parts, 1, threads, [&](int part, int) {
+    const int begin = first_row(part), end = first_row(part + 1);
+    int reach = end;
+    for (int i = begin; i < end; ++i) {
+      if (outer[i] == outer[i + 1]) continue;
+      if (inner[outer[i]] < i)
+        throw InvalidInput("row " + std::to_string(i) + " has an entry below the diagonal");
+      reach = std::max(reach, inner[outer[i + 1] - 1] + 1);
+    }
+    sums[part].setZero(reach - begin);
+    double* const sum = sums[part].data();
+    for (int i = begin; i < end; ++i) {
+      const double xi = x[i];
+      double own = 0;
+      int k = outer[i];
+      if (k < outer[i + 1] && inner[k] == i) own = a[k++] * xi;
+      for (; k < outer[i + 1]; ++k) {
+        own += a[k] * x[inner[k]];
+        sum[inner[k] - begin] += a[k] * xi;
+      }
+      sum[i - begin] += own;
+    }
+  });
+  resize(y, n);
+  parallel_chunks(n, 1 << 14, threads, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) y[i] = 0;
+    for (int part = 0; part < parts; ++part) {
+      const int first = first_row(part);
+      const int last = std::min(end, first + static_cast<int>(sums[part].size()));
+      for (int i = std::max(begin, first); i < last; ++i) y[i] += sums[part][i - first];
+    }
+  });
+}
+
+}  // namespace gradpsi

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "base/cpu.hpp"
+#include "gradpsi/assemble.hpp"
+
+namespace gradpsi {
+
+/// assemble() with that vector code. Null: every row by itself, which is slow and the reference.
+std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& schemes,
+                                    const Cloud& cloud, const Neighbours& near,
+                                    const AssemblyOptions& options);
+
+}  // namespace gradpsi

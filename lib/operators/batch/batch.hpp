@@ -1,0 +1,95 @@
+#pragma once
+
+#include "base/cpu.hpp"
+#include "schemes/profiles.hpp"
+
+namespace gradpsi {
+
+// Rows of second and lower order, several at a time: the vector code behind assemble(). Neighbours are
+// worked on W at a time, then the moment systems of W rows together.
+
+/// phi(r) of a scheme times h^(d+2) / s_d (diffuse-ns: h^(d+1)) at q = r/h: a sum of the kernel's values.
+struct Phi {
+  double w = 0, w_over_q = 0, w_over_q2 = 0, dw_over_q = 0, d2w = 0;
+  bool operator==(const Phi&) const = default;
+};
+
+/// The form of a row's weights: none but phi, or phi times a combination of s; of s and s s^T; of s and
+/// e e^T, where the conditions are still those on s and s s^T; of all monomials to a degree above 2.
+enum class Form { Zoc, Linear, Quadratic, Directions, Monomials };
+
+/// The highest degree of Form::Monomials; beyond it, matrices have over fifty rows.
+constexpr int highest_batched_degree(int dimension) { return dimension == 3 ? 4 : 6; }
+
+/// The cloud and its kernel, as plain arrays.
+struct BatchPoints {
+  const double* x;        // n x D
+  const double* volumes;  // n
+  double box[3];          // 0: open
+  Shape shape;
+  Profile (*profile)(double);
+  double normalisation;    // s_d
+  const double* supports;  // one, or n
+  bool one_support;
+};
+
+/// Where the rows of one matrix, or of several on one pattern, are.
+struct BatchRows {
+  const int* outer;   // row k holds entries outer[k] to outer[k + 1], the diagonal among them
+  const int* inner;   // their columns
+  const int* points;  // row k is about points[k]; null: k
+};
+
+/// What is asked of each row: matrices of one system of equations.
+struct BatchSystem {
+  Phi phi;
+  Form form;
+  int degree;          // of Form::Monomials
+  int zoc_power;       // uncorrected weights want h to this power as a factor
+  bool least_squares;  // |phi| weighs, and the scaled matrix is judged
+  double limit;  // least reciprocal condition number of the matrix, or of it after scaling its
+                 // diagonal to 1
+  double* gradient[3];  // values, entry by entry; null: not wanted
+  double* laplacian;
+  double* reciprocal_condition;  // one a row, of the matrix as it is
+  // Of the rows of this call, in their order, whether the values can be used; others are left half done.
+  unsigned char* solved;
+};
+
+/// Does what is asked for the rows order[0] .. order[count - 1] (null: first, first + 1, ..).
+/// `memory` has room for batch_memory() doubles, aligned to 64 bytes.
+using BatchFunction = void (*)(const BatchPoints& points, const BatchRows& rows, const int* order,
+                               int first, int count, const BatchSystem* systems, int system_count,
+                               int most_entries, double* memory);
+
+/// 1 / sum_j W_ij, j = i included, of rows order[0] .. order[count - 1], in units of h^d / s_d.
+using DensityFunction = void (*)(const BatchPoints& points, const int* offsets, const int* indices,
+                                 const int* order, int first, int count, double* volumes);
+
+struct BatchKernels {
+  BatchFunction solve[3];  // by dimension - 1
+  DensityFunction density[3];
+};
+
+/// Room for W = 8 rows of up to `most_entries` entries, in columns of that length: each row's own, their
+/// weights, and the monomials of one of them, up to 34, plain and weighted.
+constexpr long batch_memory(int dimension, int most_entries) {
+  const long row = dimension + 4, weights = dimension + 1;
+  return (8 * (row + weights) + 2 * 34) * ((most_entries + 7) / 8 * 8);
+}
+
+template <int W>
+BatchKernels batch_kernels();
+template <>
+BatchKernels batch_kernels<2>();
+template <>
+BatchKernels batch_kernels<4>();
+template <>
+BatchKernels batch_kernels<8>();
+
+/// Those for this kind of processor.
+inline BatchKernels batch_kernels(const Cpu& cpu) {
+  return at_width(cpu, [](auto W) { return batch_kernels<W>(); });
+}
+
+}  // namespace gradpsi

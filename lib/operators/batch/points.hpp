@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/kernel.hpp"
+#include "gradpsi/neighbours.hpp"
+#include "operators/batch/batch.hpp"
+
+namespace gradpsi {
+
+/// The arguments' arrays, as the vector code wants them.
+inline BatchPoints batch_points(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
+                                const Eigen::VectorXd& volumes) {
+  return {cloud.positions().data(),
+          volumes.data(),
+          {cloud.box()[0], cloud.box()[1], cloud.box()[2]},
+          shape(kernel),
+          kernel.profile,
+          kernel.normalisation[cloud.dimension() - 1],
+          near.supports.data(),
+          near.supports.size() == 1};
+}
+
+}  // namespace gradpsi

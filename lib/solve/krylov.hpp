@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "gradpsi/matrix.hpp"
+
+namespace gradpsi {
+
+/// Krylov methods for A x = b with the memory they need, n numbers each. Sums are taken block by
+/// block, so that results do not depend on the number of threads.
+class Krylov {
+ public:
+  /// z = M^-1 r, M a preconditioner.
+  using Precondition = std::function<void(const double* r, double* z)>;
+
+  Krylov(int n, int threads);
+
+  /// Conjugate gradients for S = diag(scale) A symmetric positive definite, M similar to A and
+  /// diag(scale) M symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput. 13,
+  /// 1992), restarted where the residual has become orthogonal to its start. Both start from x and end when |b - A x| <= target by
+  /// their recursion, or after that many iterations. Returns the iterations done.
+  int conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
+                          const Precondition& precondition, const double* b, double* x,
+                          double target, int max_iterations);
+  int bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b, double* x,
+               double target, int max_iterations);
+
+ private:
+  template <int Sums, class F>
+  std::array<double, Sums> sum(const F& f);
+  template <class F>
+  void each(const F& f);
+  void multiply(const SparseMatrix& A, const double* x, double* y);
+
+  int n_, threads_;
+  std::vector<double> partial_;  // sums of each block
+  Eigen::VectorXd r_, start_, p_, v_, s_, t_, y_, z_;
+};
+
+}  // namespace gradpsi

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/matrix.hpp"
+
+// Rows may be some of a larger matrix's: `points` are those of the columns, with volumes, and `diagonal` says
+// which of them each row belongs to. The component for PETSc uses these functions, too.
+#pragma GCC visibility push(default)
+namespace gradpsi {
+
+/// m_i = -sum_j a_ij r_ij^2 / (2d): the diffusivity (times the time step, or not) with which row i of
+/// A = I - dt nu Psi diffuses; exact for rows of second-order consistency.
+Eigen::VectorXd row_diffusivities(const SparseMatrix& A, const Cloud& points,
+                                  const std::vector<int>& diagonal, int threads);
+
+/// What compact_twin() is to know of the columns, for each row; `walls` are rows.
+Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
+                            const std::vector<int>& diagonal, const std::vector<int>& walls,
+                            int threads);
+
+/// A sparser matrix that acts like A on smooth fields: A's row sums and row diffusivities, carried by
+/// the mixed zoc weights of points within two spacings among A's neighbours; the rows of walls are
+/// left to what their neighbours imply, no flux. diag(volumes) times it is symmetric (of one that is to be
+/// factorised the upper triangle is read) and, unless A is singular or odd, positive definite.
+/// @param scales  of the columns
+void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
+                  const Eigen::VectorXd& scales, int threads, SparseMatrix& twin);
+
+}  // namespace gradpsi
+#pragma GCC visibility pop
