@@ -1,0 +1,51 @@
+"""gradpsi derive."""
+
+import re
+import unittest
+
+import meshio
+import numpy as np
+
+from program import ProgramTest
+
+
+class Derive(ProgramTest):
+    def test_derivatives_of_a_quadratic_are_exact(self):
+        points = self.square(u=lambda x, y: x * x - 3 * x * y + 2 * y)
+        bare = ["derive", points, "--field", "u", "--support", 0.3]
+        self.run_program(*bare, "--scheme", "gradient-diffuse-soc", "-o", self.path("g.csv"))
+        g = self.read_csv("g.csv")
+        self.assertEqual(list(g), ["x", "y", "u", "u_x", "u_y"])
+        np.testing.assert_allclose(g["u_x"], 2 * g["x"] - 3 * g["y"], atol=1e-9)
+        np.testing.assert_allclose(g["u_y"], 2 - 3 * g["x"], atol=1e-9)
+        text = self.run_program(*bare, "--scheme", "laplacian-diffuse-soc", "-o", self.path("l.csv"))
+        found = re.search(r"smallest reciprocal condition number (\S+), at point (\d+)\n", text)
+        self.assertTrue(0 < float(found[1]) < 1)
+        self.assertTrue(0 <= int(found[2]) < 144)
+        lap = self.read_csv("l.csv")
+        self.assertEqual(list(lap), ["x", "y", "u", "lap_u"])
+        np.testing.assert_allclose(lap["lap_u"], 2, atol=1e-7)
+
+    def test_vtu_holds_the_same_numbers(self):
+        points = self.square(T=lambda x, y: np.sin(x + y), volume=lambda x, y: 0 * x + 1 / 144)
+        bare = ["derive", points, "--field", "T", "--scheme", "gradient-direct-foc", "--support", 0.3]
+        self.run_program(*bare, "-o", self.path("g.csv"))
+        self.run_program(*bare, "-o", self.path("g.vtu"))
+        table = self.read_csv("g.csv")
+        mesh = meshio.read(self.path("g.vtu"))
+        np.testing.assert_array_equal(mesh.points, np.stack([table["x"], table["y"], 0 * table["x"]], 1))
+        self.assertEqual(sorted(mesh.point_data), ["T", "T_x", "T_y", "volume"])
+        for name, values in mesh.point_data.items():
+            np.testing.assert_array_equal(values, table[name])
+        self.assertEqual([(c.type, len(c.data)) for c in mesh.cells], [("vertex", 144)])
+
+    def test_a_column_is_not_overwritten(self):
+        points = self.square(u=lambda x, y: x, u_x=lambda x, y: y)
+        error = self.run_program("derive", points, "--field", "u", "--scheme", "gradient-direct-foc",
+                                 "--support", 0.3, "-o", self.path("g.csv"), expect=1)
+        self.assertIn("there is already a column 'u_x'", error)
+        self.assertFalse(self.path("g.csv").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,42 @@
+"""gradpsi inspect."""
+
+import json
+import unittest
+
+import numpy as np
+import scipy.io
+
+from program import ProgramTest
+
+
+class Inspect(ProgramTest):
+    def test_the_verdict_agrees_with_the_eigenvalues(self):
+        points = self.square(14, edge=lambda x, y: np.minimum.reduce([x, y, 1 - x, 1 - y]) < 0.07)
+        for scheme, extra, grows in [("laplacian-mixed-soc", ["--support", 0.21], True),
+                                     ("laplacian-mixed-soc", ["--support", 0.21, "--fixed", "edge"], False),
+                                     ("laplacian-positive", ["--fixed", "edge"], False)]:
+            text = self.run_program("inspect", points, "--scheme", scheme, *extra, "--spectrum",
+                                    "--report", self.path("r.json"), "-o", self.path("i.csv"))
+            found = json.loads(self.path("r.json").read_text())["inspection"]
+            self.assertEqual(found["verdict"]["grows"], grows)
+            self.assertEqual(found["spectrum"]["grows"], grows)
+            self.assertIn("not fit: fields grow" if grows else "fit up to dt nu", text)
+            self.assertGreaterEqual(found["spectrum"]["euler_step"], found["verdict"]["euler_step"])
+            t = self.read_csv("i.csv")
+            self.assertEqual(t["amplification"].argmax(), found["amplification"]["point_of_max"])
+            self.assertEqual(len(t["x"]), 196)
+        self.run_program("inspect", points, "--scheme", "gradient-ls-3")
+
+    def test_eigenvalues_are_those_of_the_written_matrix(self):
+        points = self.square(10)
+        common = [points, "--scheme", "laplacian-direct-zoc", "--support", 0.3]
+        self.run_program("assemble", *common, "-o", self.path("m.mtx"))
+        values = np.linalg.eigvals(scipy.io.mmread(self.path("m.mtx")).toarray())
+        self.run_program("inspect", *common, "--spectrum", "--report", self.path("r.json"))
+        found = json.loads(self.path("r.json").read_text())["inspection"]["spectrum"]
+        np.testing.assert_allclose([found["rightmost"], found["leftmost"]],
+                                   [values.real.max(), values.real.min()], rtol=1e-9)
+
+
+if __name__ == "__main__":
+    unittest.main()

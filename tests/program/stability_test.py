@@ -1,0 +1,31 @@
+"""gradpsi stability."""
+
+import csv
+import unittest
+
+import numpy as np
+
+from program import ProgramTest
+
+
+class Stability(ProgramTest):
+    def test_the_quick_study(self):
+        self.run_program("stability", "--dimension", 2, "--quick", "--out", self.path("s"))
+        with open(self.path("s") / "stability.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(",".join(rows[0]),
+                         "scheme,dimension,support_ratio,jitter,walls,seed,points,max_real,min_real,max_imag,"
+                         "worst_rcond,worst_amplification,negative_share,error_l2,error_max,bound_max")
+        self.assertEqual(len(rows), 17 * 3 * 2 * 3)
+        for row in rows:
+            self.assertTrue(all(np.isfinite(float(x)) for k, x in row.items() if k not in ("scheme", "walls")))
+            self.assertLessEqual(float(row["error_max"]), float(row["bound_max"]))
+            if row["scheme"] == "laplacian-positive":
+                self.assertLess(float(row["max_real"]), 1e-10)
+        for figure in ["stability_map_periodic", "stability_map_dirichlet", "stability_map_truncated", "spectra",
+                       "history", "floor"]:
+            self.assertGreater((self.path("s") / (figure + ".png")).stat().st_size, 5000)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,45 @@
+"""gradpsi tradeoff."""
+
+import csv
+import unittest
+
+from program import ProgramTest
+
+
+class Tradeoff(ProgramTest):
+    def test_the_quick_study(self):
+        text = self.run_program("tradeoff", "--quick", "--out", self.path("t"))
+        with open(self.path("t") / "tradeoff.csv") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(",".join(rows[0]),
+                         "scheme,dimension,kernel,support_ratio,arrangement,points,spacing,entries_per_row,error_l2,"
+                         "error_max,solution_l2,solution_max,assemble_seconds,product_seconds,solve_seconds,"
+                         "bytes_per_point,stable,weight,consistency")
+        self.assertEqual(len(rows), 32 * 2 * 2 * 2)
+        for row in rows:
+            laplacian = row["scheme"].startswith("laplacian")
+            self.assertEqual(row["stable"] in ("0", "1"), laplacian)
+            self.assertLessEqual(float(row["error_l2"]), float(row["error_max"]))
+            for seconds in ["assemble_seconds", "product_seconds"]:
+                self.assertGreater(float(row[seconds]), 0)
+        with open(self.path("t") / "tradeoff_front.csv") as file:
+            front = list(csv.DictReader(file))
+        # The front falls, and goes where no uncorrected scheme does.
+        best = {}
+        for row in front:
+            key = row["derivative"], row["use"], row["arrangement"]
+            self.assertLessEqual(float(row["error"]), best.get(key, 1e300))
+            best[key] = float(row["error"])
+        self.assertEqual(len(best), 10)
+        for (derivative, use, arrangement), error in best.items():
+            column = "solution_l2" if use == "solve" else "error_l2"
+            uncorrected = min(float(r[column]) for r in rows if r["arrangement"] == arrangement and
+                              r["scheme"].startswith(derivative) and r["consistency"] == "zoc")
+            self.assertLess(error, uncorrected / 100)
+        self.assertIn("twice the accuracy takes", text)
+        for kind in ["gradient", "laplacian"]:
+            self.assertGreater((self.path("t") / f"tradeoff_{kind}.png").stat().st_size, 20000)
+
+
+if __name__ == "__main__":
+    unittest.main()
