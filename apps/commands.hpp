@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+namespace gradpsi::apps {
+
 // One source file per subcommand; each adds itself with its options and what it does.
 void add_schemes(CLI::App& app);
 void add_assemble(CLI::App& app);
@@ -14,3 +16,5 @@ void add_tradeoff(CLI::App& app);
 void add_advise(CLI::App& app);
 void add_spmv(CLI::App& app);
 void add_manual(CLI::App& app);
+
+}  // namespace gradpsi::apps

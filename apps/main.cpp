@@ -4,10 +4,11 @@
 #include <iostream>
 #include <string>
 
-#include "command_line.hpp"
 #include "commands.hpp"
+#include "common/command_line.hpp"
 
 int main(int argc, char** argv) {
+  using namespace gradpsi::apps;
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe or a limit on sizes becomes a failed write
   std::signal(SIGXFSZ, SIG_IGN);
   send_blas_threads_home();

@@ -1,0 +1,53 @@
+// gradpsi assemble: a scheme's matrices on the points of a file, as Matrix Market.
+
+#include <memory>
+
+#include "commands.hpp"
+#include "common/operator_options.hpp"
+
+namespace gradpsi::apps {
+
+namespace {
+
+using std::filesystem::path;
+
+/// OUT.mtx for a Laplacian, OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient.
+std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme, int dimension) {
+  if (scheme.derivative == gradpsi::Derivative::Laplacian) return {output};
+  if (output.extension() != ".mtx")
+    throw CLI::ValidationError("-o", "of a gradient must end in .mtx, not be " + output.string());
+  std::vector<path> files;
+  for (int a = 0; a < dimension; ++a)
+    files.push_back(
+        path(output).replace_filename(output.stem().string() + '_' + "xyz"[a] + ".mtx"));
+  return files;
+}
+
+void run(const OperatorOptions& options, const path& output) {
+  const gradpsi::Scheme scheme = options.scheme;
+  Problem problem = read_points(options);
+  const auto files = matrix_files(output, scheme, problem.cloud.dimension());
+  check_outputs(options, files);
+  assemble(options, problem);
+  write_and_report(options, problem, files,
+                   [&] { gradpsi::write_matrix_market(files, problem.op.axes); });
+}
+
+}  // namespace
+
+void add_assemble(CLI::App& app) {
+  auto* command = app.add_subcommand("assemble", "Write a scheme's matrices as Matrix Market.");
+  auto options = std::make_shared<OperatorOptions>();
+  auto output = std::make_shared<path>();
+  options->add_to(*command);
+  command
+      ->add_option("-o", *output, "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+      ->type_name("OUT.mtx")
+      ->required();
+  command->footer(
+      "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support-ratio 3 -o "
+      "grad.mtx");
+  command->callback([=] { run(*options, *output); });
+}
+
+}  // namespace gradpsi::apps

@@ -1,0 +1,53 @@
+// gradpsi derive: the derivative of a field given at the points of a file.
+
+#include <memory>
+
+#include "commands.hpp"
+#include "common/operator_options.hpp"
+
+namespace gradpsi::apps {
+
+namespace {
+
+using std::filesystem::path;
+
+void run(const OperatorOptions& options, const std::string& field, const path& output) {
+  const gradpsi::Scheme scheme = options.scheme;
+  check_outputs(options, {output});
+  Problem problem = read_points(options);
+  gradpsi::Table& table = problem.table;
+  const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
+  assemble(options, problem);
+  const auto& axes = problem.op.axes;
+  if (scheme.derivative == gradpsi::Derivative::Laplacian) {
+    table.add("lap_" + field, axes[0] * u);
+  } else {
+    const std::array suffixes = {"_x", "_y", "_z"};
+    for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
+  }
+  write_and_report(options, problem, {output}, [&] { write_table(output, table); });
+}
+
+}  // namespace
+
+void add_derive(CLI::App& app) {
+  auto* command =
+      app.add_subcommand("derive", "Differentiate a field given at the points of a file.");
+  auto options = std::make_shared<OperatorOptions>();
+  auto field = std::make_shared<std::string>();
+  auto output = std::make_shared<path>();
+  options->add_to(*command);
+  command->add_option("--field", *field, "The column to differentiate")
+      ->type_name("COLUMN")
+      ->required();
+  add_table_output(*command, *output,
+                   "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
+                   "(gradient) or lap_FIELD (Laplacian)")
+      ->required();
+  command->footer(
+      "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
+      "--support-ratio 3 -o lap.vtu");
+  command->callback([=] { run(*options, *field, *output); });
+}
+
+}  // namespace gradpsi::apps

@@ -1,0 +1,50 @@
+// gradpsi schemes: the table of schemes, for people or (--json) for scripts.
+
+#include <cstdio>
+#include <gradpsi/scheme.hpp>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+
+namespace gradpsi::apps {
+
+namespace {
+
+void print_json() {
+  auto list = nlohmann::ordered_json::array();
+  for (const gradpsi::Scheme& scheme : gradpsi::schemes())
+    list.push_back({{"name", name(scheme)},
+                    {"derivative", name(scheme.derivative)},
+                    {"weight", name(scheme.weight)},
+                    {"consistency", name(scheme.consistency)},
+                    {"formula", formula(scheme)},
+                    {"conditions", conditions(scheme)},
+                    {"volume_scaled_symmetry", name(symmetry(scheme))}});
+  std::cout << list.dump(2) << '\n';
+}
+
+void print_table() {
+  std::cout
+      << "(grad u)_i = sum_j G_ij (u_j - u_i), (lap u)_i = sum_j psi_ij (u_j - u_i),\n"
+         "r_ij = x_j - x_i, e_ij = r_ij / r, omega_j the volume of point j, W(r) the kernel, "
+         "d the dimension;\nB_i, C0_i, C1_i are what meets the conditions in row i; [n] is the "
+         "paper's equation;\nthe last column holds with one support for all points.\n\n";
+  const auto line = [](auto... columns) { std::printf("%-25s  %-61s  %-53s  %s\n", columns...); };
+  line("name", "G_ij or psi_ij", "conditions met", "omega_i a_ij");
+  for (const gradpsi::Scheme& scheme : gradpsi::schemes())
+    line(name(scheme).c_str(), formula(scheme).c_str(), conditions(scheme).data(),
+         symmetry(scheme) == gradpsi::Symmetry::None ? "-" : name(symmetry(scheme)).data());
+}
+
+}  // namespace
+
+void add_schemes(CLI::App& app) {
+  auto* command = app.add_subcommand("schemes", "List the schemes: formula, conditions, symmetry.");
+  auto json = std::make_shared<bool>(false);
+  command->add_flag("--json", *json, "The same as a JSON array");
+  command->footer("Example: gradpsi schemes --json");
+  command->callback([json] { *json ? print_json() : print_table(); });
+}
+
+}  // namespace gradpsi::apps
