@@ -1,20 +1,23 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "common/cli.hpp"
 
 namespace gradpsi::apps {
 
-// One source file per subcommand; each adds itself with its options and what it does.
-void add_schemes(CLI::App& app);
-void add_assemble(CLI::App& app);
-void add_derive(CLI::App& app);
-void add_diffuse(CLI::App& app);
-void add_inspect(CLI::App& app);
-void add_converge(CLI::App& app);
-void add_stability(CLI::App& app);
-void add_tradeoff(CLI::App& app);
-void add_advise(CLI::App& app);
-void add_spmv(CLI::App& app);
-void add_manual(CLI::App& app);
+// One source file per command: its options, and what it does with them.
+std::function<void()> declare_schemes(Options& options);
+std::function<void()> declare_assemble(Options& options);
+std::function<void()> declare_derive(Options& options);
+std::function<void()> declare_diffuse(Options& options);
+std::function<void()> declare_inspect(Options& options);
+std::function<void()> declare_converge(Options& options);
+std::function<void()> declare_stability(Options& options);
+std::function<void()> declare_tradeoff(Options& options);
+std::function<void()> declare_advise(Options& options);
+std::function<void()> declare_spmv(Options& options);
+std::function<void()> declare_manual(Options& options);
+
+/// The table of them.
+std::span<const Command> commands();
 
 }  // namespace gradpsi::apps

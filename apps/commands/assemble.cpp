@@ -15,7 +15,7 @@ using std::filesystem::path;
 std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme, int dimension) {
   if (scheme.derivative == gradpsi::Derivative::Laplacian) return {output};
   if (output.extension() != ".mtx")
-    throw CLI::ValidationError("-o", "of a gradient must end in .mtx, not be " + output.string());
+    throw BadUsage("-o", "of a gradient must end in .mtx, not be " + output.string());
   std::vector<path> files;
   for (int a = 0; a < dimension; ++a)
     files.push_back(
@@ -35,19 +35,18 @@ void run(const OperatorOptions& options, const path& output) {
 
 }  // namespace
 
-void add_assemble(CLI::App& app) {
-  auto* command = app.add_subcommand("assemble", "Write a scheme's matrices as Matrix Market.");
-  auto options = std::make_shared<OperatorOptions>();
+std::function<void()> declare_assemble(Options& options) {
+  auto wanted = std::make_shared<OperatorOptions>();
   auto output = std::make_shared<path>();
-  options->add_to(*command);
-  command
-      ->add_option("-o", *output, "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
-      ->type_name("OUT.mtx")
-      ->required();
-  command->footer(
+  wanted->declare(options);
+  options
+      .file("-o", *output, "OUT.mtx",
+            "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+      .required();
+  options.examples(
       "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support-ratio 3 -o "
       "grad.mtx");
-  command->callback([=] { run(*options, *output); });
+  return [=] { run(*wanted, *output); };
 }
 
 }  // namespace gradpsi::apps

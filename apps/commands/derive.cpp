@@ -30,24 +30,20 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
 
 }  // namespace
 
-void add_derive(CLI::App& app) {
-  auto* command =
-      app.add_subcommand("derive", "Differentiate a field given at the points of a file.");
-  auto options = std::make_shared<OperatorOptions>();
+std::function<void()> declare_derive(Options& options) {
+  auto wanted = std::make_shared<OperatorOptions>();
   auto field = std::make_shared<std::string>();
   auto output = std::make_shared<path>();
-  options->add_to(*command);
-  command->add_option("--field", *field, "The column to differentiate")
-      ->type_name("COLUMN")
-      ->required();
-  add_table_output(*command, *output,
-                   "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                   "(gradient) or lap_FIELD (Laplacian)")
-      ->required();
-  command->footer(
+  wanted->declare(options);
+  options.text("--field", *field, "COLUMN", "The column to differentiate").required();
+  declare_table_output(options, *output,
+                       "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
+                       "(gradient) or lap_FIELD (Laplacian)")
+      .required();
+  options.examples(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
       "--support-ratio 3 -o lap.vtu");
-  command->callback([=] { run(*options, *field, *output); });
+  return [=] { run(*wanted, *field, *output); };
 }
 
 }  // namespace gradpsi::apps

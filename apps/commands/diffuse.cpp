@@ -96,13 +96,14 @@ void run(const DiffuseOptions& options) {
 
 }  // namespace
 
-void add_diffuse(CLI::App& app) {
-  auto options = std::make_shared<DiffuseOptions>();
-  options->add_subcommand_to(
-      app,
+std::function<void()> declare_diffuse(Options& options) {
+  auto wanted = std::make_shared<DiffuseOptions>();
+  wanted->declare_diffusion(
+      options,
       "OUT.csv or OUT.vtu: the input's columns, the field as it is at last; and a\n"
       "picture of it, OUT.png",
-      [options] { run(*options); });
+      "gradpsi");
+  return [wanted] { run(*wanted); };
 }
 
 }  // namespace gradpsi::apps

@@ -17,7 +17,7 @@ path DiffuseOptions::beside(const std::string& ending) const {
 }
 
 bool DiffuseOptions::keeps(int step) const {
-  return every != 0 && (step % every == 0 || step == steps);
+  return every && (step % *every == 0 || step == steps);
 }
 
 path DiffuseOptions::numbered(int step, const std::string& ending) const {
@@ -31,6 +31,8 @@ std::string DiffuseOptions::title() const {
 }
 
 void DiffuseOptions::check() const {
+  if (!steady && (!time_step || !steps))
+    throw BadUsage("diffuse", "needs --time-step and --steps, or --steady");
   if (gradpsi::Scheme(scheme).derivative != gradpsi::Derivative::Laplacian)
     throw InvalidInput(scheme + " is not a Laplacian");
   for (const char* taken : {"x", "y", "z", "volume", "support"})
@@ -187,102 +189,82 @@ void print_solution(const DiffuseOptions& options, const gradpsi::SolverReport& 
     std::cout << "no picture: gnuplot could not draw one (is gnuplot-nox installed?)\n";
 }
 
-void DiffuseOptions::add_subcommand_to(CLI::App& app, const std::string& output_words,
-                                       const std::function<void()>& run) {
-  // An empty shell variable must not become "no condition".
-  const auto not_empty = [](const std::string& name) {
-    return name.empty() ? "must not be empty" : "";
-  };
-  auto* command = app.add_subcommand(
-      "diffuse", "Implicit diffusion of a field, or the steady field, with boundary conditions.");
-  add_to(*command);
-  command->add_option("--field", field, "The column u to start from")
-      ->type_name("COLUMN")
-      ->check(not_empty)
-      ->required();
-  command->add_option("--diffusivity", diffusivity, "nu in du/dt = nu lap u + f")
-      ->type_name("NU")
-      ->capture_default_str();
-  command->add_option("--time-step", time_step, "Of the implicit steps")->type_name("DT");
-  command->add_option("--steps", steps, "How many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 2147483647));
-  command->add_option("--theta", theta, "1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2")
-      ->type_name("1|0.5")
-      ->check([](const std::string& given) {
+void DiffuseOptions::declare_field(Options& options) {
+  options.text("--field", field, "COLUMN", "The column u to start from")
+      .check(not_empty)
+      .required();
+  options.number("--diffusivity", diffusivity, "NU", "nu in du/dt = nu lap u + f");
+}
+
+Option DiffuseOptions::declare_steps(Options& options) {
+  options.number("--time-step", time_step, "DT", "Of the implicit steps");
+  options.count("--steps", steps, from_one, "N", "How many");
+  options
+      .number("--theta", theta, "1|0.5", "1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2")
+      .check([](const std::string& given) {
         const double theta = std::strtod(given.c_str(), nullptr);
         return theta == 1 || theta == 0.5 ? "" : "must be 1 or 0.5, not " + given;
-      })
-      ->capture_default_str();
-  auto* steady_flag = command->add_flag(
+      });
+  return options.flag(
       "--steady", steady,
       "Solve -nu lap u = f in one go; --time-step, --steps and --theta do not count then");
-  command->add_option("--fixed", fixed, "Points where this column is not 0 keep their value")
-      ->type_name("COLUMN")
-      ->check(not_empty);
-  auto* normals =
-      command
-          ->add_option(
-              "--normal", normal,
-              "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
-              "that are not fixed, obey n . grad u = flux instead")
-          ->type_name("PREFIX")
-          ->check(not_empty);
-  command->add_option("--flux", flux, "Column of that flux; 0 without")
-      ->type_name("COLUMN")
-      ->check(not_empty)
-      ->needs(normals);
-  command->add_option("--gradient", gradient, "Scheme of that gradient")
-      ->type_name("NAME")
-      ->needs(normals)
-      ->capture_default_str();
-  auto* conductivities = command
-                             ->add_option("--conductivity", conductivity,
+}
+
+void DiffuseOptions::declare_conditions(Options& options) {
+  options.text("--fixed", fixed, "COLUMN", "Points where this column is not 0 keep their value")
+      .check(not_empty);
+  const Option normals =
+      options
+          .text("--normal", normal, "PREFIX",
+                "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
+                "that are not fixed, obey n . grad u = flux instead")
+          .check(not_empty);
+  options.text("--flux", flux, "COLUMN", "Column of that flux; 0 without")
+      .check(not_empty)
+      .needs(normals);
+  options.text("--gradient", gradient, "NAME", "Scheme of that gradient").needs(normals);
+}
+
+void DiffuseOptions::declare_materials(Options& options) {
+  const Option conductivities = options
+                                    .text("--conductivity", conductivity, "COLUMN",
                                           "Column kappa > 0 in du/dt = nu div(kappa grad u) + f")
-                             ->type_name("COLUMN")
-                             ->check(not_empty);
-  command
-      ->add_option("--mean", mean,
-                   "Of kappa between two points: arithmetic where it is smooth, harmonic where it\n"
-                   "jumps")
-      ->type_name("MEAN")
-      ->check(CLI::IsMember({"arithmetic", "harmonic"}))
-      ->needs(conductivities)
-      ->capture_default_str();
-  command->add_option("--source", source, "Column of f; 0 without")
-      ->type_name("COLUMN")
-      ->check(not_empty);
-  command
-      ->add_option("--method", method,
-                   "auto, cholesky (symmetric matrices only), lu or krylov; auto says what it took")
-      ->type_name("NAME")
-      ->capture_default_str();
-  command
-      ->add_option("--memory", memory,
-                   "What a factorisation may take; 0: three quarters of the machine's")
-      ->type_name("GB")
-      ->capture_default_str();
-  command
-      ->add_option("--every", every,
-                   "Write every K-th field as OUT_<step>.vtu, and OUT.pvd, which ParaView plays")
-      ->type_name("K")
-      ->check(CLI::Range(1, 2147483647))
-      ->excludes(steady_flag);
-  add_table_output(*command, output, output_words)->required();
-  const std::string program = app.get_name();
-  const std::string call = (program == "gradpsi" ? program : "mpirun -n 2 " + program) +
-                           " diffuse points.csv --field T ";
-  command->footer("Examples:\n  " + call +
-                  "--scheme laplacian-mixed-zoc --support-ratio 3 \\\n    --diffusivity 0.1 "
-                  "--time-step 0.01 --steps 100 --fixed wall -o T.vtu\n  " +
-                  call +
-                  "--scheme laplacian-mixed-soc --support-ratio 3 \\\n    --steady --fixed wall -o "
-                  "T.csv");
-  command->callback([this, run] {
-    if (!steady && (!time_step || !steps))
-      throw CLI::ValidationError("diffuse", "needs --time-step and --steps, or --steady");
-    run();
-  });
+                                    .check(not_empty);
+  options
+      .choice("--mean", mean, {"arithmetic", "harmonic"}, "MEAN",
+              "Of kappa between two points: arithmetic where it is smooth, harmonic where it\n"
+              "jumps")
+      .needs(conductivities);
+  options.text("--source", source, "COLUMN", "Column of f; 0 without").check(not_empty);
+}
+
+void DiffuseOptions::declare_solver(Options& options) {
+  options.text("--method", method, "NAME",
+               "auto, cholesky (symmetric matrices only), lu or krylov; auto says what it took");
+  options.number("--memory", memory, "GB",
+                 "What a factorisation may take; 0: three quarters of the machine's");
+}
+
+void DiffuseOptions::declare_diffusion(Options& options, const std::string& output_words,
+                                       const std::string& program) {
+  declare(options);
+  declare_field(options);
+  const Option steady_flag = declare_steps(options);
+  declare_conditions(options);
+  declare_materials(options);
+  declare_solver(options);
+  options
+      .count("--every", every, from_one, "K",
+             "Write every K-th field as OUT_<step>.vtu, and OUT.pvd, which ParaView plays")
+      .excludes(steady_flag);
+  declare_table_output(options, output, output_words).required();
+  const std::string call = program + " diffuse points.csv --field T ";
+  options.examples("Examples:\n  " + call +
+                   "--scheme laplacian-mixed-zoc --support-ratio 3 \\\n    --diffusivity 0.1 "
+                   "--time-step 0.01 --steps 100 --fixed wall -o T.vtu\n  " +
+                   call +
+                   "--scheme laplacian-mixed-soc --support-ratio 3 \\\n    --steady --fixed wall "
+                   "-o T.csv");
 }
 
 }  // namespace gradpsi::apps

@@ -25,12 +25,13 @@ struct DiffuseOptions : OperatorOptions {
   std::string source;
   std::string method = "auto";
   double memory = 0;  // GB
-  int every = 0;
+  std::optional<int> every;
   std::filesystem::path output;
 
-  /// Adds the subcommand; run() is called when it was given.
-  void add_subcommand_to(CLI::App& app, const std::string& output_words,
-                         const std::function<void()>& run);
+  /// Declares all of them.
+  /// @param program  how it is called
+  void declare_diffusion(Options& options, const std::string& output_words,
+                         const std::string& program);
   /// Throws what can be said before there are points.
   void check() const;
   /// A file beside the output: OUT and this ending.
@@ -41,6 +42,13 @@ struct DiffuseOptions : OperatorOptions {
   std::filesystem::path numbered(int step, const std::string& ending) const;
   /// The title of the picture.
   std::string title() const;
+
+ private:
+  void declare_field(Options& options);
+  Option declare_steps(Options& options);
+  void declare_conditions(Options& options);
+  void declare_materials(Options& options);
+  void declare_solver(Options& options);
 };
 
 /// Fixed points, and those with a normal that are not fixed, by their places in the table; gradients are

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double suspect = 100;  // amplification
 
-struct Options : OperatorOptions {
+struct InspectOptions : OperatorOptions {
   std::string fixed;
   bool spectrum = false;
   path output;
@@ -59,7 +59,7 @@ Eigen::VectorXd promised_residuals(const Scheme& scheme, const gradpsi::Operator
   return worst;
 }
 
-Findings examine(const Options& options, const Problem& problem) {
+Findings examine(const InspectOptions& options, const Problem& problem) {
   const gradpsi::Operator& op = problem.op;
   const int n = problem.cloud.size(), d = problem.cloud.dimension();
   Findings f(options.scheme, gradpsi::diagnose(options.scheme, problem.cloud, op));
@@ -113,7 +113,7 @@ std::string at(const Problem& problem, Eigen::Index i) {
   return where + ")";
 }
 
-void print_rows(const Options& options, const Problem& problem, const Findings& f) {
+void print_rows(const InspectOptions& options, const Problem& problem, const Findings& f) {
   const auto& rows = problem.op.rows;
   std::cout << options.scheme << ": " << count(problem.cloud.size(), "point") << " in "
             << problem.cloud.dimension() << "D, spacing " << text(f.spacing) << '\n';
@@ -292,7 +292,7 @@ void add_columns(gradpsi::Table& table, const gradpsi::RowReport& rows, const Fi
   table.add("error_bound", f.rows.remainders.col(f.rows.remainders.cols() - 3));
 }
 
-void run(const Options& options) {
+void run(const InspectOptions& options) {
   std::vector<path> files;
   if (!options.output.empty()) files.push_back(options.output);
   check_outputs(options, files);
@@ -320,31 +320,27 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_inspect(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "inspect", "What an operator is fit for on these points, and which rows spoil it.");
-  auto options = std::make_shared<Options>();
-  options->add_to(*command);
-  command
-      ->add_option(
-          "--fixed", options->fixed,
-          "Points where this column is not 0 keep their value: steps are judged by the\n"
-          "others. Without it the points just end, which no scheme of second order survives")
-      ->type_name("COLUMN")
-      ->check([](const std::string& name) { return name.empty() ? "must not be empty" : ""; });
-  command->add_flag("--spectrum", options->spectrum,
-                    "Compute the eigenvalues too: all of them up to 2,000 points (half a minute),\n"
-                    "beyond the outermost ones");
-  add_table_output(
-      *command, options->output,
+std::function<void()> declare_inspect(Options& options) {
+  auto wanted = std::make_shared<InspectOptions>();
+  wanted->declare(options);
+  options
+      .text("--fixed", wanted->fixed, "COLUMN",
+            "Points where this column is not 0 keep their value: steps are judged by the\n"
+            "others. Without it the points just end, which no scheme of second order survives")
+      .check(not_empty);
+  options.flag("--spectrum", wanted->spectrum,
+               "Compute the eigenvalues too: all of them up to 2,000 points (half a minute),\n"
+               "beyond the outermost ones");
+  declare_table_output(
+      options, wanted->output,
       "OUT.csv or OUT.vtu: the input's columns and what is known of each row:\n"
       "neighbours, support_used, reciprocal_condition, outcome (0 as asked, 1 lowered,\n"
       "2 widened, 3 zero), degree, amplification, negative_share, residual,\n"
       "error_bound");
-  command->footer(
+  options.examples(
       "Example: gradpsi inspect points.csv --scheme laplacian-mixed-soc --support-ratio 3 "
       "-o rows.vtu");
-  command->callback([options] { run(*options); });
+  return [wanted] { run(*wanted); };
 }
 
 }  // namespace gradpsi::apps

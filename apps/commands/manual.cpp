@@ -1,6 +1,5 @@
 // gradpsi manual: the manual page, written from the same options that --help shows.
 
-#include <CLI/CLI.hpp>
 #include <iostream>
 #include <string>
 
@@ -26,14 +25,9 @@ std::string literal(const std::string& text) {
   return result;
 }
 
-/// What CLI11 prints beside an option's name: its type, default, and what it needs or excludes.
-std::string traits(const CLI::Option& option) { return CLI::Formatter().make_option_opts(&option); }
-
-void print_option(const CLI::Option& option) {
-  const bool positional = option.get_positional();
-  std::cout << ".TP\n\\fB" << literal(option.get_name(positional, true)) << "\\fR"
-            << literal(traits(option)) << '\n'
-            << literal(option.get_description()) << '\n';
+void print_option(const OptionHelp& option) {
+  std::cout << ".TP\n\\fB" << literal(option.name) << "\\fR" << literal(option.traits) << '\n'
+            << literal(option.description) << '\n';
 }
 
 /// "Example: gradpsi ..." or "Examples:" and lines: set as they are.
@@ -45,21 +39,16 @@ void print_examples(const std::string& footer) {
             << literal("  " + footer.substr(first)) << "\n.fi\n";
 }
 
-void print_subcommand(const CLI::App& command) {
-  std::cout << ".SS gradpsi " << literal(command.get_name());
-  const auto positionals =
-      command.get_options([](const CLI::Option* option) { return option->get_positional(); });
-  const auto options =
-      command.get_options([](const CLI::Option* option) { return !option->get_positional(); });
-  for (const CLI::Option* option : positionals) std::cout << ' ' << literal(option->get_name(true));
-  std::cout << '\n' << literal(command.get_description()) << '\n';
-  for (const CLI::Option* option : positionals) print_option(*option);
-  for (const CLI::Option* option : options)
-    if (!option->check_name("--help")) print_option(*option);
-  print_examples(command.get_footer());
+void print_command(const CommandHelp& command) {
+  std::cout << ".SS gradpsi " << literal(command.name);
+  for (const OptionHelp& option : command.positionals) std::cout << ' ' << literal(option.name);
+  std::cout << '\n' << literal(command.description) << '\n';
+  for (const OptionHelp& option : command.positionals) print_option(option);
+  for (const OptionHelp& option : command.options) print_option(option);
+  print_examples(command.examples);
 }
 
-void print(const CLI::App& app) {
+void print() {
   std::cout
       << ".TH GRADPSI 1 \"\" \"gradpsi " << literal(GRADPSI_VERSION) << "\"\n"
       << ".SH NAME\n"
@@ -77,7 +66,7 @@ void print(const CLI::App& app) {
          "a\n"
       << "field. Points count from 0 in messages, from 1 in Matrix Market files.\n"
       << ".SH SUBCOMMANDS\n";
-  for (const CLI::App* command : app.get_subcommands({})) print_subcommand(*command);
+  for (const Command& command : commands()) print_command(help(command));
   std::cout << ".SH EXIT STATUS\n"
             << "0; 1 for bad data, files that cannot be read or written, systems without a\n"
             << "solution; 2 for options that cannot be understood. After an error nothing is left\n"
@@ -86,10 +75,9 @@ void print(const CLI::App& app) {
 
 }  // namespace
 
-void add_manual(CLI::App& app) {
-  auto* command = app.add_subcommand("manual", "Print this program's manual page.");
-  command->footer("Example: gradpsi manual | man -l -");
-  command->callback([&app] { print(app); });
+std::function<void()> declare_manual(Options& options) {
+  options.examples("Example: gradpsi manual | man -l -");
+  return print;
 }
 
 }  // namespace gradpsi::apps

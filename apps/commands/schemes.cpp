@@ -39,12 +39,11 @@ void print_table() {
 
 }  // namespace
 
-void add_schemes(CLI::App& app) {
-  auto* command = app.add_subcommand("schemes", "List the schemes: formula, conditions, symmetry.");
+std::function<void()> declare_schemes(Options& options) {
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "The same as a JSON array");
-  command->footer("Example: gradpsi schemes --json");
-  command->callback([json] { *json ? print_json() : print_table(); });
+  options.flag("--json", *json, "The same as a JSON array");
+  options.examples("Example: gradpsi schemes --json");
+  return [json] { *json ? print_json() : print_table(); };
 }
 
 }  // namespace gradpsi::apps

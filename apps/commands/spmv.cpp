@@ -22,7 +22,7 @@ namespace {
 using gradpsi::SparseMatrix;
 using std::filesystem::path;
 
-struct Options {
+struct Given {
   path matrix;
   int threads = 0;
 };
@@ -91,17 +91,17 @@ void check_memory(const path& file, double entries, double vectors) {
                                 std::to_string(std::llround(memory / 1e9)));
 }
 
-void run(const Options& options) {
-  const SparseMatrix A = gradpsi::read_matrix_market(options.matrix);
-  const int threads = options.threads;
-  if (A.nonZeros() == 0) throw gradpsi::InvalidInput(options.matrix.string() + " has no entries");
+void run(const Given& given) {
+  const SparseMatrix A = gradpsi::read_matrix_market(given.matrix);
+  const int threads = given.threads;
+  if (A.nonZeros() == 0) throw gradpsi::InvalidInput(given.matrix.string() + " has no entries");
   const auto rows = static_cast<double>(A.rows()), columns = static_cast<double>(A.cols());
   const auto entries = static_cast<double>(A.nonZeros());
   const double vectors = 8 * (rows + columns), pattern = 4 * entries + 4 * rows;
-  check_memory(options.matrix, entries, rows + columns);
+  check_memory(given.matrix, entries, rows + columns);
   const bool symmetric =
       A.rows() == A.cols() && gradpsi::summarise(A, Eigen::VectorXd::Ones(A.rows())).symmetric;
-  std::printf("%s: %ld x %ld, %ld entries, %.1f a row%s\n", options.matrix.c_str(),
+  std::printf("%s: %ld x %ld, %ld entries, %.1f a row%s\n", given.matrix.c_str(),
               static_cast<long>(A.rows()), static_cast<long>(A.cols()),
               static_cast<long>(A.nonZeros()), entries / rows, symmetric ? ", symmetric" : "");
 
@@ -142,19 +142,12 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_spmv(CLI::App& app) {
-  auto* command = app.add_subcommand(
-      "spmv", "Time the product of a matrix and a vector, beside Eigen's and the memory's speed.");
-  auto options = std::make_shared<Options>();
-  command->add_option("MATRIX", options->matrix, "Matrix Market, coordinate")
-      ->type_name("FILE.mtx")
-      ->required();
-  command->add_option("--threads", options->threads, "0: as many as there are")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  command->footer("Example: gradpsi spmv laplacian.mtx --threads 1");
-  command->callback([options] { run(*options); });
+std::function<void()> declare_spmv(Options& options) {
+  auto given = std::make_shared<Given>();
+  options.file("MATRIX", given->matrix, "FILE.mtx", "Matrix Market, coordinate").required();
+  options.count("--threads", given->threads, thread_limits, "N", "0: as many as there are");
+  options.examples("Example: gradpsi spmv laplacian.mtx --threads 1");
+  return [given] { run(*given); };
 }
 
 }  // namespace gradpsi::apps

@@ -94,7 +94,7 @@ std::array<double, 3> lengths(const std::string& text) {
     if (rest == end) return result;
     at = rest + 1;
   }
-  throw CLI::ValidationError("--periodic", "expected LX[,LY[,LZ]], not '" + text + "'");
+  throw BadUsage("--periodic", "expected LX[,LY[,LZ]], not '" + text + "'");
 }
 
 }  // namespace
@@ -105,66 +105,43 @@ std::string text(double x) {
   return out.str();
 }
 
-void OperatorOptions::add_points_to(CLI::App& command) {
-  command
-      .add_option("POINTS", points,
-                  "CSV with a header: x, y, z; volume and support if there are; fields")
-      ->type_name("CSV")
-      ->required();
+void OperatorOptions::declare_points(Options& options) {
+  options
+      .file("POINTS", points, "CSV",
+            "CSV with a header: x, y, z; volume and support if there are; fields")
+      .required();
   std::string names;
   for (const auto& k : gradpsi::kernels())
     names += (names.empty() ? "" : ", ") + std::string(k.name);
-  command.add_option("--kernel", kernel, "One of " + names)
-      ->type_name("NAME")
-      ->capture_default_str();
-  command
-      .add_option("--volume", volume,
-                  "Every point's volume, where there is no column `volume`; without either, the\n"
-                  "number density 1 / sum_j W_ij is used")
-      ->type_name("V");
-  command
-      .add_option_function<std::string>(
-          "--periodic", [this](const std::string& text) { periodic = lengths(text); },
-          "Lengths of a periodic box from the origin, at least twice the support; 0: open in\n"
-          "that direction. Points outside stand for their image")
-      ->type_name("LX[,LY[,LZ]]");
-  command
-      .add_option("--duplicates", duplicates,
-                  "Coincident points: error, or drop all but the first of each group")
-      ->type_name("POLICY")
-      ->check(CLI::IsMember({"error", "drop"}))
-      ->capture_default_str();
-  command.add_option("--threads", threads, "0: as many as there are")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+  options.text("--kernel", kernel, "NAME", "One of " + names);
+  options.number("--volume", volume, "V",
+                 "Every point's volume, where there is no column `volume`; without either, the\n"
+                 "number density 1 / sum_j W_ij is used");
+  options.parsed(
+      "--periodic", [this](const std::string& given) { periodic = lengths(given); }, "LX[,LY[,LZ]]",
+      "Lengths of a periodic box from the origin, at least twice the support; 0: open in\n"
+      "that direction. Points outside stand for their image");
+  options.choice("--duplicates", duplicates, {"error", "drop"}, "POLICY",
+                 "Coincident points: error, or drop all but the first of each group");
+  options.count("--threads", threads, thread_limits, "N", "0: as many as there are");
 }
 
-void OperatorOptions::add_to(CLI::App& command) {
-  add_points_to(command);
-  command.add_option("--scheme", scheme, "One of those that `gradpsi schemes` lists")
-      ->type_name("NAME")
-      ->required();
-  auto* absolute = command
-                       .add_option("--support", support,
-                                   "Support radius h, a length: the kernel is 0 from r = h on")
-                       ->type_name("H");
-  command
-      .add_option("--support-ratio", support_ratio,
-                  "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
-                  "volumes the median distance to the nearest point. A column `support`, one h a\n"
-                  "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
-      ->type_name("K")
-      ->excludes(absolute);
-  command
-      .add_option(
-          "--on-degenerate", on_degenerate,
-          "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
-          "to three times, or leave them zero [fail; widen where no support is given]")
-      ->type_name("POLICY")
-      ->check(CLI::IsMember({"fail", "lower", "widen", "zero"}));
-  command.add_option("--report", report, "Write sizes, times and memory to this JSON file")
-      ->type_name("FILE.json");
+void OperatorOptions::declare(Options& options) {
+  declare_points(options);
+  options.text("--scheme", scheme, "NAME", "One of those that `gradpsi schemes` lists").required();
+  const Option absolute = options.number(
+      "--support", support, "H", "Support radius h, a length: the kernel is 0 from r = h on");
+  options
+      .number("--support-ratio", support_ratio, "K",
+              "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
+              "volumes the median distance to the nearest point. A column `support`, one h a\n"
+              "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
+      .excludes(absolute);
+  options.choice(
+      "--on-degenerate", on_degenerate, {"fail", "lower", "widen", "zero"}, "POLICY",
+      "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
+      "to three times, or leave them zero [fail; widen where no support is given]");
+  options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
 }
 
 Problem read_points(const OperatorOptions& options) {
@@ -276,16 +253,14 @@ Eigen::VectorXd finite_column(const gradpsi::Table& table, const gradpsi::Cloud&
   return values;
 }
 
-CLI::Option* add_table_output(CLI::App& command, path& output, const std::string& description) {
-  return command.add_option("-o", output, description)
-      ->type_name("OUT")
-      ->check([](const std::string& name) {
-        const auto extension = path(name).extension();
-        if (extension != ".csv" && extension != ".vtu") return "must end in .csv or .vtu";
-        // They would end up in scripts and XML.
-        const auto control = [](unsigned char c) { return c < 32; };
-        return std::ranges::any_of(name, control) ? "must not have control characters" : "";
-      });
+Option declare_table_output(Options& options, path& output, const std::string& description) {
+  return options.file("-o", output, "OUT", description).check([](const std::string& name) {
+    const auto extension = path(name).extension();
+    if (extension != ".csv" && extension != ".vtu") return "must end in .csv or .vtu";
+    // They would end up in scripts and XML.
+    const auto control = [](unsigned char c) { return c < 32; };
+    return std::ranges::any_of(name, control) ? "must not have control characters" : "";
+  });
 }
 
 void write_table(const path& file, const gradpsi::Table& table) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +10,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "common/cli.hpp"
 
 namespace gradpsi::apps {
 
@@ -26,9 +27,9 @@ struct OperatorOptions {
   int threads = 0;
   std::filesystem::path report;
 
-  void add_to(CLI::App& command);
+  void declare(Options& options);
   /// Only those that say what the points are; then scheme and support are the program's choice.
-  void add_points_to(CLI::App& command);
+  void declare_points(Options& options);
 };
 
 /// The smallest reciprocal condition number and its point, if there are rows.
@@ -92,8 +93,8 @@ Eigen::VectorXd finite_column(const gradpsi::Table& table, const gradpsi::Cloud&
                               const std::string& name);
 
 /// OUT of -o: a file that ends in .csv or .vtu, written by write_table().
-CLI::Option* add_table_output(CLI::App& command, std::filesystem::path& output,
-                              const std::string& description);
+Option declare_table_output(Options& options, std::filesystem::path& output,
+                            const std::string& description);
 void write_table(const std::filesystem::path& file, const gradpsi::Table& table);
 
 /// Throws unless the files can be written, as far as can be told beforehand, and are neither the points

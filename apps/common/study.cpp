@@ -68,20 +68,12 @@ class Drafts {
 
 }  // namespace
 
-void StudyOptions::add_to(CLI::App& command, const std::string& domain,
-                          const std::string& quick_means, const std::string& threads_mean) {
-  command.add_option("--out", out, "Folder for the results")
-      ->type_name("DIR")
-      ->capture_default_str();
-  command.add_option("--dimension", dimension, "Of the " + domain)
-      ->type_name("D")
-      ->check(CLI::Range(1, 3))
-      ->capture_default_str();
-  command.add_flag("--quick", quick, quick_means);
-  command.add_option("--threads", threads, threads_mean)
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
+void StudyOptions::declare(Options& options, const std::string& domain,
+                           const std::string& quick_means, const std::string& threads_mean) {
+  options.file("--out", out, "DIR", "Folder for the results");
+  options.count("--dimension", dimension, {1, 3}, "D", "Of the " + domain);
+  options.flag("--quick", quick, quick_means);
+  options.count("--threads", threads, thread_limits, "N", threads_mean);
 }
 
 void create_folder(const path& folder) {

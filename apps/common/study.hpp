@@ -1,8 +1,9 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
+
+#include "common/cli.hpp"
 
 namespace gradpsi::apps {
 
@@ -15,8 +16,8 @@ struct StudyOptions {
   bool quick = false;
   int threads;
 
-  void add_to(CLI::App& command, const std::string& domain, const std::string& quick_means,
-              const std::string& threads_mean);
+  void declare(Options& options, const std::string& domain, const std::string& quick_means,
+               const std::string& threads_mean);
 };
 
 /// Creates the folder if need be.

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "common/cli.hpp"
 
 namespace gradpsi::apps {
 
-// The subcommands of gradpsi-mpi: so far one.
-void add_mpi_diffuse(CLI::App& app);
+// The commands of gradpsi-mpi: so far one.
+std::function<void()> declare_mpi_diffuse(Options& options);
 
 }  // namespace gradpsi::apps

@@ -453,13 +453,14 @@ void run(const DiffuseOptions& options) {
 
 }  // namespace
 
-void add_mpi_diffuse(CLI::App& app) {
-  auto options = std::make_shared<DiffuseOptions>();
-  options->add_subcommand_to(
-      app,
+std::function<void()> declare_mpi_diffuse(Options& options) {
+  auto wanted = std::make_shared<DiffuseOptions>();
+  wanted->declare_diffusion(
+      options,
       "OUT.csv: the input's columns, the field as it is at last. OUT.vtu: the same as OUT.pvtu\n"
       "and a piece a process, OUT_rank0.vtu, .. And a picture of it, OUT.png",
-      [options] { run(*options); });
+      "mpirun -n 2 gradpsi-mpi");
+  return [wanted] { run(*wanted); };
 }
 
 }  // namespace gradpsi::apps

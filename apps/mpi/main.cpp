@@ -4,14 +4,13 @@
 
 #include <cctype>
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "common/command_line.hpp"
+#include "common/process.hpp"
 #include "mpi/commands.hpp"
 
 namespace gradpsi::apps {
@@ -78,9 +77,7 @@ void warn_of_unused_options(bool speaks) {
 
 int main(int argc, char** argv) {
   using namespace gradpsi::apps;
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe or a limit on sizes becomes a failed write
-  std::signal(SIGXFSZ, SIG_IGN);
-  send_blas_threads_home();
+  prepare_process();
   Arguments arguments(argc, argv);
   int petsc_count = static_cast<int>(arguments.petsc.size());
   arguments.petsc.push_back(nullptr);
@@ -91,20 +88,21 @@ int main(int argc, char** argv) {
   int rank;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
 
-  int code;
-  {
-    CLI::App app("Implicit diffusion on a cloud of points, by several processes.", "gradpsi-mpi");
-    app.set_version_flag("--version", GRADPSI_VERSION);
-    app.require_subcommand(1);
-    app.footer(
-        "Options of PETSc such as -ksp_type, -pc_type and -ksp_monitor go before what is chosen.\n"
-        "Example: mpirun -n 2 gradpsi-mpi diffuse points.csv --field T --scheme "
-        "laplacian-mixed-zoc --support-ratio 3 --steady --fixed wall -o T.csv -ksp_monitor");
-    add_mpi_diffuse(app);
-    const int count = static_cast<int>(arguments.ours.size());
-    arguments.ours.push_back(nullptr);
-    code = run_command_line(app, count, arguments.ours.data(), rank == 0, fail_together);
-  }
+  static constexpr Command commands[] = {
+      {"diffuse", "Implicit diffusion of a field, or the steady field, with boundary conditions.",
+       declare_mpi_diffuse}};
+  const Program program{
+      .name = "gradpsi-mpi",
+      .description = "Implicit diffusion on a cloud of points, by several processes.",
+      .footer =
+          "Options of PETSc such as -ksp_type, -pc_type and -ksp_monitor go before what is "
+          "chosen.\n"
+          "Example: mpirun -n 2 gradpsi-mpi diffuse points.csv --field T --scheme "
+          "laplacian-mixed-zoc --support-ratio 3 --steady --fixed wall -o T.csv -ksp_monitor",
+      .commands = commands};
+  const int count = static_cast<int>(arguments.ours.size());
+  arguments.ours.push_back(nullptr);
+  const int code = run(program, count, arguments.ours.data(), rank == 0, fail_together);
   warn_of_unused_options(code == 0 && rank == 0);
   PetscFinalize();
   return code;

@@ -402,7 +402,7 @@ std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candid
 
 void advise(const AdviseOptions& options) {
   if (!options.laplacian() && options.what_for() != Use::Derivative)
-    throw CLI::ValidationError("--use", "explicit and implicit are about Laplacians");
+    throw BadUsage("--use", "explicit and implicit are about Laplacians");
   const Problem problem = read_points(options);
   check(options, problem);
   const Trial trial = make_trial(options, problem);
