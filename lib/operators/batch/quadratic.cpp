@@ -7,6 +7,24 @@
 namespace gradpsi {
 namespace {
 
+/// Adds weight times the monomials of degree Low to High to `sum`, which has one place for each.
+template <int D, int Low, int High, int W>
+[[gnu::always_inline]] inline void accumulate(const Entries<D>& row, const double* weight,
+                                              Lanes<W>* sum) {
+  using V = Lanes<W>;
+  constexpr int first = monomial_count<D, Low - 1>, size = monomial_count<D, High>;
+  V total[size - first] = {};
+  for (int k = 0; k < row.padded; k += W) {
+    V m[size];
+    monomials<D, High, W>(row, k, m);
+    const V w = load<W>(weight + k);
+#pragma GCC unroll 40
+    for (int c = first; c < size; ++c) total[c - first] += w * m[c];
+  }
+#pragma GCC unroll 40
+  for (int c = first; c < size; ++c) sum[c - first] = total[c - first];
+}
+
 /// The moments that a form's matrix is made of: with `weight` degrees 2 to high, with `over` from 3 to 4.
 template <int D, Form form, int P>
 struct Moments {
