@@ -17,7 +17,7 @@ void print_json() {
     list.push_back({{"name", name(scheme)},
                     {"derivative", name(scheme.derivative)},
                     {"weight", name(scheme.weight)},
-                    {"consistency", consistency_name(scheme)},
+                    {"consistency", name(scheme.consistency)},
                     {"formula", formula(scheme)},
                     {"conditions", conditions(scheme)},
                     {"volume_scaled_symmetry", name(symmetry(scheme))}});

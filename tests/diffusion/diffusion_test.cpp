@@ -1,131 +1,11 @@
-// Implicit diffusion against its literal formula and against laws that solutions obey.
+// Laws that solutions obey, and what diffusion must refuse.
 
-#include <Eigen/Dense>
-#include <cmath>
-#include <limits>
-
-#include "clouds.hpp"
+#include "diffusion/scene.hpp"
 
 namespace gradpsi {
 namespace {
 
 using testing::HasSubstr;
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// A cloud with operators and sides: the points within a spacing of x = 0 and those of x = 1.
-struct Scene {
-  explicit Scene(const std::string& scheme, int dimension = 2, int side = 10)
-      : cloud(irregular_cloud(dimension, side)),
-        near(find_neighbours(cloud, rich_support(cloud))),
-        laplacian(assemble(scheme, cloud, near)) {
-    for (int i = 0; i < cloud.size(); ++i) {
-      const double x = cloud.positions()(i, 0);
-      if (x < cloud.spacing()) left.push_back(i);
-      if (x > 1 - cloud.spacing()) right.push_back(i);
-    }
-  }
-  int size() const { return cloud.size(); }
-  Eigen::VectorXd x() const { return cloud.positions().col(0); }
-  Eigen::VectorXd field(unsigned seed = 3) const {
-    std::mt19937_64 generator(seed);
-    std::uniform_real_distribution<double> value(-1, 1);
-    return Eigen::VectorXd::NullaryExpr(size(), [&] { return value(generator); });
-  }
-  /// n . grad u + transfer u = flux on the right, n along x.
-  WallConditions wall(double flux = 0, double transfer = 0) const {
-    const auto count = static_cast<Eigen::Index>(right.size());
-    WallConditions walls{.points = right, .normals = Positions::Zero(count, cloud.dimension())};
-    walls.normals.col(0).setOnes();
-    walls.gradient = assemble("gradient-direct-soc", cloud, near, {.rows = right}).axes;
-    walls.flux = Eigen::VectorXd::Constant(count, flux);
-    walls.transfer = Eigen::VectorXd::Constant(count, transfer);
-    return walls;
-  }
-
-  Cloud cloud;
-  Neighbours near;
-  Operator laplacian;
-  std::vector<int> left, right;
-};
-
-/// One step by the formula, nothing eliminated: fixed rows are the identity.
-Eigen::VectorXd literal_step(const Scene& scene, const BoundaryConditions& conditions,
-                             const DiffusionOptions& options, const Eigen::VectorXd& u) {
-  const int n = scene.size();
-  const Eigen::MatrixXd psi = scene.laplacian.matrix();
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
-  const double dt = options.time_step, nu = options.diffusivity;
-  const bool steady = std::isinf(dt);
-  Eigen::MatrixXd A = -nu * psi;
-  if (!steady) A = identity + dt * options.theta * A;
-  Eigen::VectorXd start = u;
-  const auto& fixed = conditions.fixed;
-  for (std::size_t k = 0; k < fixed.points.size(); ++k)
-    if (fixed.values.size() > 0) start[fixed.points[k]] = fixed.values[k];
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-  if (!steady) b = start + dt * (1 - options.theta) * nu * psi * start;
-  if (options.source.size() > 0) b += (steady ? 1 : dt) * options.source;
-  for (const int i : fixed.points) {
-    A.row(i) = identity.row(i);
-    b[i] = start[i];
-  }
-  const auto& walls = conditions.walls;
-  for (std::size_t k = 0; k < walls.points.size(); ++k) {
-    const int i = walls.points[k];
-    A.row(i) = walls.transfer[k] * identity.row(i);
-    for (int a = 0; a < scene.cloud.dimension(); ++a)
-      A.row(i) += walls.normals(k, a) * Eigen::MatrixXd(walls.gradient[a]).row(k);
-    b[i] = walls.flux[k];
-  }
-  return A.fullPivLu().solve(b);
-}
-
-struct Case {
-  std::string name, scheme;
-  int dimension;
-  double time_step, theta;
-  bool with_walls;
-};
-
-class EveryCase : public testing::TestWithParam<Case> {};
-
-TEST_P(EveryCase, StepsByTheLiteralFormula) {
-  const Case& c = GetParam();
-  const Scene scene(c.scheme, c.dimension, c.dimension == 1 ? 60 : c.dimension == 2 ? 12 : 7);
-  BoundaryConditions conditions{.fixed = {scene.left}};
-  if (c.with_walls) conditions.walls = scene.wall(0.7, 0.3);
-  const DiffusionOptions options{
-      .diffusivity = 0.6, .time_step = c.time_step, .theta = c.theta, .source = scene.field(5)};
-  for (const bool prescribed : {false, true}) {
-    if (prescribed) conditions.fixed.values = Eigen::VectorXd::LinSpaced(scene.left.size(), -1, 1);
-    ImplicitDiffusion heat(scene.cloud, scene.laplacian, conditions, options);
-    Eigen::VectorXd u = scene.field(), literal = u;
-    for (int n = 0; n < 2; ++n) {
-      const SolveReport report = heat.step(u);
-      EXPECT_LE(report.residual, 1e-12);
-      literal = literal_step(scene, conditions, options, literal);
-    }
-    // Residuals up to 1e-12, condition numbers below 1e5.
-    EXPECT_LT((u - literal).norm(), 1e-8 * literal.norm()) << heat.solver().description;
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Diffusion, EveryCase,
-    testing::Values(Case{"symmetric_1d", "laplacian-mixed-zoc", 1, 1e-3, 1, false},
-                    Case{"symmetric_2d", "laplacian-mixed-zoc", 2, 1e-2, 1, false},
-                    Case{"symmetric_3d", "laplacian-diffuse-zoc", 3, 1e-2, 0.5, false},
-                    Case{"symmetric_steady", "laplacian-mixed-zoc", 2, infinity, 1, false},
-                    Case{"corrected_2d", "laplacian-mixed-soc", 2, 1e-3, 1, false},
-                    Case{"corrected_crank", "laplacian-mixed-soc", 2, 1e-3, 0.5, false},
-                    Case{"walls_2d", "laplacian-mixed-soc", 2, 1e-3, 1, true},
-                    Case{"walls_3d", "laplacian-mixed-soc", 3, 1e-3, 0.7, true},
-                    Case{"walls_symmetric_scheme", "laplacian-mixed-zoc", 2, 1e-3, 0.5, true},
-                    Case{"walls_steady", "laplacian-mixed-soc", 2, infinity, 1, true},
-                    Case{"indefinite", "laplacian-direct-zoc", 2, 1e-2, 1, false}),
-    [](const auto& the_case) { return the_case.param.name; });
 
 TEST(Diffusion, LinearFieldsAreSteadyWithConsistentSchemes) {
   // u = 2 + 3 x: fixed on the left, its slope given on the right; then 3 u + n . grad u there.
@@ -246,55 +126,6 @@ TEST(Diffusion, WallsHoldAfterAStepOfHardlyAnyLength) {
         const Eigen::VectorXd slope = walls.gradient[0] * u;
         EXPECT_LT((slope.array() - 2).abs().maxCoeff(), 1e-8) << time_step << name(method);
       }
-  }
-}
-
-TEST(Diffusion, CrankNicolsonIsOfSecondOrderInTimeBackwardEulerOfFirst) {
-  const Scene scene("laplacian-mixed-zoc", 1, 40);
-  Eigen::VectorXd smooth = (scene.x().array() * 3).sin();
-  ImplicitDiffusion smoother(scene.cloud, scene.laplacian, {.fixed = {scene.left}},
-                             {.time_step = 0.02});
-  for (int n = 0; n < 5; ++n) smoother.step(smooth);
-  const auto after = [&](double theta, int steps) {
-    ImplicitDiffusion heat(scene.cloud, scene.laplacian, {.fixed = {scene.left}},
-                           {.time_step = 0.2 / steps, .theta = theta});
-    Eigen::VectorXd u = smooth;
-    for (int n = 0; n < steps; ++n) heat.step(u);
-    return u;
-  };
-  const auto order = [&](double theta) {
-    const Eigen::VectorXd limit = after(0.5, 2000);
-    return std::log2((after(theta, 20) - limit).norm() / (after(theta, 40) - limit).norm());
-  };
-  EXPECT_NEAR(order(1), 1, 0.1);
-  EXPECT_NEAR(order(0.5), 2, 0.1);
-}
-
-TEST(Conductivity, ArithmeticMeanIsTheProductRule) {
-  for (const int dimension : {1, 2, 3}) {
-    const Scene scene("laplacian-diffuse-soc", dimension, dimension == 1 ? 30 : 7);
-    const Eigen::VectorXd kappa = 1 + scene.cloud.positions().rowwise().sum().array();
-    const Eigen::VectorXd u = scene.field();
-    const SparseMatrix& psi = scene.laplacian.matrix();
-    const Eigen::VectorXd rule = 0.5 * (psi * kappa.cwiseProduct(u) + kappa.cwiseProduct(psi * u) -
-                                        u.cwiseProduct(psi * kappa));
-    const Eigen::VectorXd flux = with_conductivity(scene.laplacian, kappa).matrix() * u;
-    EXPECT_LT((flux - rule).norm(),
-              1e-12 * (psi.cwiseAbs() * u.cwiseAbs()).norm() * kappa.maxCoeff());
-    // div((1 + x + ..) grad x) = 1, exact where quadratics are.
-    const Eigen::VectorXd ones = with_conductivity(scene.laplacian, kappa).matrix() * scene.x();
-    EXPECT_LT((ones.array() - 1).abs().maxCoeff(), 1e-7);
-  }
-}
-
-TEST(Conductivity, KeepsSymmetryAndRowSums) {
-  const Scene scene("laplacian-mixed-zoc");
-  const Eigen::VectorXd kappa = scene.field().array().exp();
-  for (const Mean mean : {Mean::Arithmetic, Mean::Harmonic}) {
-    const Operator flux = with_conductivity(scene.laplacian, kappa, mean);
-    const Eigen::MatrixXd S = Eigen::MatrixXd(scene.cloud.volumes().asDiagonal() * flux.matrix());
-    EXPECT_LT((S - S.transpose()).cwiseAbs().maxCoeff(), 1e-14 * S.cwiseAbs().maxCoeff());
-    EXPECT_LT(S.rowwise().sum().cwiseAbs().maxCoeff(), 1e-14 * S.cwiseAbs().maxCoeff());
   }
 }
 

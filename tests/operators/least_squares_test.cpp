@@ -1,10 +1,9 @@
 // The schemes of any degree, ls-P, and least squares with the weights of the tables, soc-ls.
 
-#include <Eigen/QR>
 #include <cmath>
-#include <tuple>
 
 #include "clouds.hpp"
+#include "dense.hpp"
 
 namespace gradpsi {
 namespace {
@@ -97,9 +96,8 @@ TEST_P(LeastSquares, WeightsAreThePolynomialTimesTheWeightFunction) {
         P(row, column++) = monomial(r / h, exponent);
     ++row;
   }
-  const Eigen::VectorXd c = P.colPivHouseholderQr().solve(ratio);
   // Neighbours where phi has almost vanished say little; the others agree.
-  EXPECT_LT((P * c - ratio).norm(), 1e-8 * ratio.norm());
+  EXPECT_LT((least_squares_fit(P, ratio) - ratio).norm(), 1e-8 * ratio.norm());
 }
 
 std::vector<Scheme> least_squares_schemes() {
@@ -120,6 +118,7 @@ std::vector<Scheme> up_to_degree_four() {
   std::erase_if(chosen, [](const Scheme& s) { return degree(s) > 4; });
   return chosen;
 }
+
 INSTANTIATE_TEST_SUITE_P(UpToFour, LeastSquares,
                          testing::Combine(testing::ValuesIn(up_to_degree_four()),
                                           testing::Values(3)),
@@ -146,98 +145,6 @@ TEST(LeastSquaresOrder, GrowsWithTheDegree) {
     const double order = std::log2(error(scheme, 24) / error(scheme, 48));
     const int k = scheme.derivative == Derivative::Gradient ? 1 : 2;
     EXPECT_NEAR(order, degree(scheme) + 1 - k, 0.7) << name(scheme);
-  }
-}
-
-// A corner of a lattice offers three points a side where degree 4 needs five.
-TEST(Widen, CornersGetTheSupportTheyNeed) {
-  const Cloud cloud = make_cloud(Lattice{.dimension = 2, .points_per_side = 12, .jitter = 0.1});
-  const double h = 3.4 * cloud.spacing();
-  const Neighbours near = find_neighbours(cloud, h);
-  EXPECT_THROW(assemble("laplacian-ls-4", cloud, near), StencilError);
-  const Operator op =
-      assemble("laplacian-ls-4", cloud, near, {.on_degenerate = OnDegenerate::Widen});
-  int widened = 0;
-  for (int i = 0; i < cloud.size(); ++i) {
-    EXPECT_EQ(op.rows.degree[i], 4);
-    EXPECT_EQ(op.matrix().row(i).nonZeros(), op.rows.neighbours[i] + 1);
-    if (op.rows.outcome[i] == RowOutcome::AsAsked) {
-      EXPECT_EQ(op.rows.supports[i], h);
-      EXPECT_EQ(op.rows.neighbours[i], near.count(i));
-      continue;
-    }
-    ++widened;
-    EXPECT_EQ(op.rows.outcome[i], RowOutcome::Widened);
-    EXPECT_GT(op.rows.supports[i], h);
-    // The row is the one that its support gives to begin with.
-    const Operator alone =
-        assemble("laplacian-ls-4", cloud, find_neighbours(cloud, op.rows.supports[i]),
-                 {.rows = std::vector<int>{i}});
-    // Widened rows are solved one at a time; the systems' condition is up to 1e9.
-    const Eigen::RowVectorXd row = alone.matrix().row(0);
-    EXPECT_LT((op.matrix().row(i) - row).norm(), 1e-7 * row.norm());
-    EXPECT_NEAR(op.rows.reciprocal_condition[i] / alone.rows.reciprocal_condition[0], 1, 1e-6);
-  }
-  EXPECT_EQ(widened, op.rows.degenerate());
-  EXPECT_GE(widened, 4);
-  EXPECT_LT(widened, 60);
-}
-
-TEST(Widen, GradientsKeepOnePattern) {
-  const Cloud cloud = make_cloud(Lattice{.dimension = 3, .points_per_side = 7, .jitter = 0.1});
-  const Operator op = assemble("gradient-ls-2", cloud, find_neighbours(cloud, 1.45 / 7),
-                               {.on_degenerate = OnDegenerate::Widen});
-  EXPECT_GT(op.rows.degenerate(), 0);
-  const auto& [dx, dy, dz] = std::tie(op.axes[0], op.axes[1], op.axes[2]);
-  for (const SparseMatrix* other : {&dy, &dz}) {
-    ASSERT_EQ(other->nonZeros(), dx.nonZeros());
-    EXPECT_TRUE(
-        std::equal(dx.innerIndexPtr(), dx.innerIndexPtr() + dx.nonZeros(), other->innerIndexPtr()));
-  }
-  const Eigen::VectorXd u = cloud.positions() * Eigen::Vector3d(2, -3, 5);
-  EXPECT_NEAR((dz * u).minCoeff(), 5, 1e-9);
-  EXPECT_NEAR((dz * u).maxCoeff(), 5, 1e-9);
-}
-
-TEST(Widen, StopsAtTheCapAndAtHalfAPeriodicBox) {
-  // A lone pair far from the others: nothing within three times the support.
-  Positions x = make_cloud(Lattice{.dimension = 2, .points_per_side = 6}).positions();
-  x.conservativeResize(38, 2);
-  x.row(36) << 9, 9;
-  x.row(37) << 9.1, 9;
-  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Constant(38, 1.0 / 36)});
-  const Operator op = assemble("laplacian-ls-2", cloud, find_neighbours(cloud, 0.45),
-                               {.on_degenerate = OnDegenerate::Widen});
-  for (const int i : {36, 37}) {
-    EXPECT_EQ(op.rows.outcome[i], RowOutcome::Zero);
-    EXPECT_EQ(op.rows.degree[i], -1);
-    EXPECT_EQ(op.matrix().row(i).norm(), 0);
-  }
-  EXPECT_EQ(op.rows.degenerate(), 2);
-
-  const Cloud box =
-      make_cloud(Lattice{.dimension = 2, .points_per_side = 4, .jitter = 0.1, .periodic = true});
-  const Operator periodic = assemble("laplacian-ls-6", box, find_neighbours(box, 0.3),
-                                     {.on_degenerate = OnDegenerate::Widen});
-  EXPECT_EQ(periodic.rows.degenerate(), 16);  // 15 others for 27 conditions
-}
-
-TEST(Lower, GoesDownDegreeByDegree) {
-  const Cloud cloud = make_cloud(Lattice{.dimension = 2, .points_per_side = 12, .jitter = 0.1});
-  const Operator op = assemble("laplacian-ls-6", cloud, find_neighbours(cloud, 4.4 / 12),
-                               {.on_degenerate = OnDegenerate::Lower});
-  EXPECT_GE(op.rows.degree.minCoeff(), 3);
-  EXPECT_GE(op.rows.degree.maxCoeff(), 5);
-  for (const int P : {3, 4, 5}) {
-    const Operator lower =
-        assemble("laplacian-ls-" + std::to_string(P), cloud, find_neighbours(cloud, 4.4 / 12),
-                 {.on_degenerate = OnDegenerate::Lower});
-    for (int i = 0; i < cloud.size(); ++i)
-      if (op.rows.degree[i] == P) {
-        // Lowered rows are solved one at a time; the systems' condition is up to 1e9.
-        const Eigen::RowVectorXd row = lower.matrix().row(i);
-        EXPECT_LT((op.matrix().row(i) - row).norm(), 1e-7 * row.norm());
-      }
   }
 }
 

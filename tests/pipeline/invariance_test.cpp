@@ -7,6 +7,7 @@
 #include <random>
 
 #include "clouds.hpp"
+#include "dense.hpp"
 
 namespace gradpsi {
 namespace {
@@ -55,8 +56,8 @@ TEST_P(InvariantInSpace, RotationTurnsTheGradientAndLeavesTheLaplacian) {
     turn = Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -1).normalized()) * turn;
   const Eigen::MatrixXd R = turn.topLeftCorner(dimension(), dimension());
   const auto expected = original();
-  const auto turned =
-      matrices(cloud().positions() * R.transpose(), cloud().volumes(), rich_support(cloud()));
+  const auto turned = matrices(dense_product(cloud().positions(), R.transpose()), cloud().volumes(),
+                               rich_support(cloud()));
   for (std::size_t a = 0; a < expected.size(); ++a) {
     Eigen::MatrixXd e = expected[a];
     if (scheme().derivative == Derivative::Gradient) {

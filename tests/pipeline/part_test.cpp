@@ -1,7 +1,6 @@
 // A part of a cloud, its own points and those within reach of them, has the rows of the whole, to the bit:
 // what processes that share a cloud rely on.
 
-#include <Eigen/Dense>
 #include <limits>
 
 #include "clouds.hpp"
