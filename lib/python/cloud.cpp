@@ -87,7 +87,9 @@ find_neighbours(); distinct_points() finds them beforehand.)")
 
 threads 0: as many as OpenMP offers. O(n log n).
 Raises InvalidInput without volumes and with fewer than two points, or if most coincide.)");
+}
 
+void bind_sources(py::module_& m) {
   m.def(
       "read_cloud",
       [](const std::filesystem::path& file) {
@@ -120,6 +122,9 @@ fastest.
 jitter: each coordinate moves by up to +-jitter cells, uniformly; the same seed gives the same
   points on every platform. periodic: in all directions, which needs lower = 0.
 Raises InvalidInput if a number is out of range.)");
+}
+
+void bind_orders(py::module_& m) {
   m.def(
       "distinct_points",
       [](const Cloud& cloud) {
@@ -148,11 +153,7 @@ Point k of the new cloud is point order[k] of the old one; a field goes along by
 Products with matrices of points in random order take several times as long. O(n log n).)");
 }
 
-}  // namespace
-
-void bind_cloud(py::module_& m) {
-  bind_points(m);
-
+void bind_neighbours(py::module_& m) {
   py::class_<Neighbours>(m, "Neighbours", R"(Who is within whose support, as compressed rows.
 
 The neighbours of point i are indices[offsets[i]:offsets[i + 1]], ascending, i itself not among
@@ -178,7 +179,9 @@ copies.)")
       .def_property_readonly(
           "order", &member_view<&Neighbours::order>,
           "The order in which rows are worked on: near points close to one another");
+}
 
+void bind_searches(py::module_& m) {
   m.def("find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"),
         py::arg("threads") = 0,
         R"(For each point all others nearer than its support, shortest images counting in periodic
@@ -212,6 +215,16 @@ length^d).
 
 Raises InvalidInput if `near` belongs to another number of points, or a volume is beyond a
 double.)");
+}
+
+}  // namespace
+
+void bind_cloud(py::module_& m) {
+  bind_points(m);
+  bind_sources(m);
+  bind_orders(m);
+  bind_neighbours(m);
+  bind_searches(m);
 }
 
 }  // namespace gradpsi::python

@@ -44,6 +44,9 @@ With q = 1 for gradients, 2 for Laplacians, P the scheme's degree, K = max(P, q)
                              "derivative asks for, length^(k - q)")
       .def_property_readonly("remainders", &per_row_and_degree<&RowDiagnosis::remainders>,
                              "n x (K + 2): sum_j |a_ij| r_ij^k / k!, length^(k - q)");
+}
+
+void bind_errors_of_rows(py::module_& m) {
   m.def(
       "diagnose",
       [](const SchemeLike& what, const Cloud& cloud, const Operator& op) {
@@ -71,7 +74,7 @@ derivatives: n x (K + 2), or K + 2 for all points: bounds of |D^k u|, k = 0 .. K
 Raises InvalidInput if it has another shape.)");
 }
 
-void bind_matrices(py::module_& m) {
+void bind_summary(py::module_& m) {
   py::class_<MatrixSummary>(m, "MatrixSummary", "What a Laplacian's entries tell about the matrix.")
       .def_readonly("symmetric", &MatrixSummary::symmetric, "omega_i a_ij = omega_j a_ji")
       .def_readonly("dominant", &MatrixSummary::dominant, "|a_ii| >= sum_j |a_ij| in every row")
@@ -95,7 +98,9 @@ void bind_matrices(py::module_& m) {
       py::arg("laplacian"), py::arg("volumes"),
       "What a Laplacian's entries tell about the matrix: a MatrixSummary. volumes: n, those of the "
       "operator.");
+}
 
+void bind_forecast(py::module_& m) {
   py::class_<Forecast>(m, "Forecast",
                        "Whether solutions of du/dt = nu A u grow, told from a few rows.")
       .def_readonly("grows", &Forecast::grows, "Whether they do")
@@ -149,6 +154,9 @@ volumes: n: a matrix that is symmetric after scaling by them is treated as such,
   accurately.
 Of points that are not fixed: spectrum(A[free][:, free], volumes[free]).
 Raises SolverError if the iteration does not converge.)");
+}
+
+void bind_steps(py::module_& m) {
   m.def(
       "largest_stable_step",
       [](const Spectrum& spectrum, const std::string& stepper) {
@@ -174,8 +182,11 @@ stepper: "euler" or "runge-kutta-4". 0: one grows at any step; inf: all eigenval
 
 void bind_diagnosis(py::module_& m) {
   bind_rows(m);
-  bind_matrices(m);
+  bind_errors_of_rows(m);
+  bind_summary(m);
+  bind_forecast(m);
   bind_spectrum(m);
+  bind_steps(m);
 }
 
 }  // namespace gradpsi::python

@@ -31,9 +31,7 @@ Table table_of(const Cloud& cloud) {
   return table;
 }
 
-}  // namespace
-
-void bind_io(py::module_& m) {
+void bind_csv(py::module_& m) {
   m.def("read_csv", &columns, py::arg("file"),
         R"(The columns of a comma-separated file with a header row: arrays by name.
 
@@ -52,6 +50,9 @@ same doubles again.
 Written beside its place and renamed when complete, as all files are: after an error the old one
 is still there.
 Raises InvalidInput if lengths differ, OSError if the file cannot be written.)");
+}
+
+void bind_vtk(py::module_& m) {
   m.def(
       "write_vtu",
       [](const path& file, const Cloud& cloud, const py::dict& fields) {
@@ -70,6 +71,9 @@ Raises InvalidInput if a field has another length or the name of a coordinate, O
       },
       py::arg("file"), py::arg("series"),
       "Writes a ParaView collection: files beside it, each with its time, [(time, file), ...].");
+}
+
+void bind_matrix_market(py::module_& m) {
   m.def(
       "read_matrix_market",
       [](const path& file) { return csr(without_gil([&] { return read_matrix_market(file); })); },
@@ -92,6 +96,14 @@ included.
 
 Digits are the fewest that give the same doubles again. Raises OSError if the file cannot be
 written.)");
+}
+
+}  // namespace
+
+void bind_io(py::module_& m) {
+  bind_csv(m);
+  bind_vtk(m);
+  bind_matrix_market(m);
 }
 
 }  // namespace gradpsi::python

@@ -160,11 +160,7 @@ Raises what assemble() raises; InvalidInput also if `op` has another pattern, or
 depends on the values (laplacian-positive, policy "widen"). After a StencilError `op` holds what
 could be computed.)";
 
-}  // namespace
-
-void bind_operator(py::module_& m) {
-  bind_rows(m);
-
+void bind_matrices(py::module_& m) {
   py::class_<Operator>(m, "Operator",
                        R"(A derivative as sparse matrices, and how its rows came about.
 
@@ -185,7 +181,9 @@ A.copy() is free of that.)")
           "Of all n points, length^d: the cloud's or by number density; read-only, not a copy")
       .def_readonly("rows", &Operator::rows, "A RowReport")
       .def("__repr__", &summary);
+}
 
+void bind_functions(py::module_& m) {
   m.def("assemble", &assemble_one_or_more, py::arg("scheme"), py::arg("cloud"), py::arg("near"),
         py::kw_only(), py::arg("kernel") = kernels().front().name,
         py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
@@ -215,6 +213,14 @@ and kappa_j.
 
 conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic" for jumps.
 Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");
+}
+
+}  // namespace
+
+void bind_operator(py::module_& m) {
+  bind_rows(m);
+  bind_matrices(m);
+  bind_functions(m);
 }
 
 }  // namespace gradpsi::python

@@ -27,9 +27,7 @@ py::tuple kernel_values(const std::string& name, int dimension, double support,
   return py::make_tuple(w, dw_over_r, d2w);
 }
 
-}  // namespace
-
-void bind_scheme(py::module_& m) {
+void bind_kernels(py::module_& m) {
   m.def("kernels", &names_of_kernels,
         "The names of all kernels; the first, the quintic Wendland kernel, is the default.\n\n"
         "Kernels of one's own are left to C++: a Python function called for each pair of\n"
@@ -42,17 +40,11 @@ dimension: 1, 2 or 3; support: h > 0, the radius beyond which W is zero; r: n di
 W is in 1/length^d, the other two in 1/length^(d+2).
 Raises InvalidInput if there is no such kernel, listing those there are, or a number is out of
 range.)");
+}
 
-  py::class_<Scheme>(m, "Scheme",
-                     R"(A derivative as weighted sums over the neighbours: a row of schemes().
-
-    (grad u)_i = sum_j G_ij (u_j - u_i),     (lap u)_i = sum_j psi_ij (u_j - u_i)
-
-Wherever a scheme is expected, its name will do.)")
-      .def(py::init([](const std::string& name) { return Scheme(name); }), py::arg("name"),
-           "The scheme of that name; raises InvalidInput listing the valid names, nearest spelling "
-           "first.")
-      .def_property_readonly(
+/// What a row of the table says.
+void bind_properties(py::class_<Scheme>& type) {
+  type.def_property_readonly(
           "name", [](const Scheme& s) { return name(s); },
           "derivative-weight-consistency, such as \"laplacian-mixed-soc\"")
       .def_property_readonly(
@@ -63,7 +55,7 @@ Wherever a scheme is expected, its name will do.)")
           "\"direct\", \"diffuse\", \"diffuse-ns\", \"mixed\"; \"kernel\" and \"distance\" are not "
           "part of names")
       .def_property_readonly(
-          "consistency", [](const Scheme& s) { return consistency_name(s); },
+          "consistency", [](const Scheme& s) { return name(s.consistency); },
           "\"zoc\", \"foc\", \"soc\", \"soc-ls\", \"positive\", \"ls-1\" to \"ls-6\"")
       .def_property_readonly(
           "degree", [](const Scheme& s) { return degree(s); },
@@ -81,8 +73,21 @@ Wherever a scheme is expected, its name will do.)")
       .def_property_readonly(
           "support_ratio", [](const Scheme& s) { return support_ratio(s); },
           "The support that the scheme brings along, as a multiple of the spacing; None: it is "
-          "your choice")
-      .def(
+          "your choice");
+}
+
+void bind_schemes(py::module_& m) {
+  py::class_<Scheme> type(m, "Scheme",
+                          R"(A derivative as weighted sums over the neighbours: a row of schemes().
+
+    (grad u)_i = sum_j G_ij (u_j - u_i),     (lap u)_i = sum_j psi_ij (u_j - u_i)
+
+Wherever a scheme is expected, its name will do.)");
+  type.def(py::init([](const std::string& name) { return Scheme(name); }), py::arg("name"),
+           "The scheme of that name; raises InvalidInput listing the valid names, nearest spelling "
+           "first.");
+  bind_properties(type);
+  type.def(
           "unknowns", [](const Scheme& s, int dimension) { return unknowns(s, dimension); },
           py::arg("dimension"),
           "The number of conditions on a row's weights in 1, 2 or 3 dimensions")
@@ -98,6 +103,13 @@ Wherever a scheme is expected, its name will do.)")
       "schemes", [] { return std::vector<Scheme>(schemes().begin(), schemes().end()); },
       "All schemes: the nine gradients and eight Laplacians of the paper's Tables I and II, then\n"
       "Laplacians and gradients by least squares and the positive Laplacian.");
+}
+
+}  // namespace
+
+void bind_scheme(py::module_& m) {
+  bind_kernels(m);
+  bind_schemes(m);
 }
 
 }  // namespace gradpsi::python

@@ -108,7 +108,7 @@ py::array step(Diffusion& diffusion, const ArrayLike& u) {
   return fields.array();
 }
 
-void bind_reports(py::module_& m) {
+void bind_options(py::module_& m) {
   py::class_<SolverOptions>(m, "SolverOptions", "How a linear system is to be solved.")
       .def(py::init(&solver_options), py::kw_only(), py::arg("method") = "auto",
            py::arg("tolerance") = SolverOptions().tolerance,
@@ -129,7 +129,9 @@ Raises InvalidInput for a name that is not one of these; numbers are checked by 
       .def_property_readonly("ordering", &ordering_name, "As given")
       .def_readonly("memory", &SolverOptions::memory, "Bytes")
       .def_readonly("threads", &SolverOptions::threads, "As given");
+}
 
+void bind_reports(py::module_& m) {
   py::class_<FactorReport>(m, "FactorReport", "What a factorisation took.")
       .def_readonly("description", &FactorReport::description, "For people")
       .def_readonly("entries", &FactorReport::entries, "Of L, or of L and U")
@@ -156,15 +158,8 @@ Raises InvalidInput for a name that is not one of these; numbers are checked by 
       .def_readonly("seconds", &SolveReport::seconds, "That it took");
 }
 
-void bind_linear(py::module_& m) {
-  py::class_<Linear>(m, "LinearSolver",
-                     R"(Solves A x = b for many b: the matrix is looked at and factorised once.
-
-A symmetric positive definite matrix goes to Cholesky, another to LU or BiCGSTAB; `report` tells
-what was chosen and why. Threads that solve with the same object take turns.)")
-      .def(py::init(&linear_solver), py::arg("matrix"), py::arg("options") = SolverOptions(),
-           py::arg("cloud") = py::none(), py::arg("walls") = py::none(),
-           R"(matrix: n x n, a scipy.sparse matrix (of any format; copied).
+constexpr auto linear_solver_doc =
+    R"(matrix: n x n, a scipy.sparse matrix (of any format; copied).
 options: SolverOptions.
 cloud: the points of the rows: their coordinates give the order of elimination, their volumes
   scale rows that are tried for symmetry.
@@ -172,7 +167,16 @@ walls: rows that hold a boundary condition rather than the equation of the other
   mask).
 Raises InvalidInput if sizes disagree, an entry is not finite, a row has only zeros, or Cholesky
 is asked for and the matrix is not symmetric; SolverError if it is singular, or not positive
-definite for Cholesky.)")
+definite for Cholesky.)";
+
+void bind_linear(py::module_& m) {
+  py::class_<Linear>(m, "LinearSolver",
+                     R"(Solves A x = b for many b: the matrix is looked at and factorised once.
+
+A symmetric positive definite matrix goes to Cholesky, another to LU or BiCGSTAB; `report` tells
+what was chosen and why. Threads that solve with the same object take turns.)")
+      .def(py::init(&linear_solver), py::arg("matrix"), py::arg("options") = SolverOptions(),
+           py::arg("cloud") = py::none(), py::arg("walls") = py::none(), linear_solver_doc)
       .def("solve", &solve, py::arg("b"), py::arg("guess") = py::none(),
            R"(x, of the shape of b: n, or n x k for k right-hand sides.
 
@@ -202,7 +206,7 @@ refactor(); InvalidInput if the pattern differs, and all is as before.)")
           "A SolveReport: how the latest solve() went; None before the first");
 }
 
-void bind_diffusion(py::module_& m) {
+void bind_walls(py::module_& m) {
   py::class_<WallConditions>(
       m, "WallConditions",
       R"(Points where transfer u + n . grad u = flux holds instead of the equation.)")
@@ -214,7 +218,21 @@ normals: m x d (m in one dimension), not 0, outward by convention; their length,
 gradient: an Operator assembled with rows=points; copied.
 flux: m numbers; None: 0. transfer: m numbers >= 0 (1/length); None: 0.
 Raises InvalidInput if a shape or a point is wrong; ImplicitDiffusion checks the rest.)");
+}
 
+constexpr auto implicit_diffusion_doc =
+    R"(laplacian: an Operator with all n rows; copied.
+time_step: dt > 0; math.inf: the steady problem, solved by a single step from any u.
+diffusivity: nu >= 0, length^2/time.
+theta: 1: backward Euler, 0.5: Crank-Nicolson; 0.5 to 1.
+source: f, n numbers; None: 0.
+fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order
+  of the indices (of a mask: ascending); None: each keeps the value that it has in u.
+walls: WallConditions. solver: SolverOptions.
+Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions;
+SolverError if the system is singular.)";
+
+void bind_diffusion(py::module_& m) {
   py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
 method:
 
@@ -228,16 +246,7 @@ solve. Threads that step with the same object take turns.)")
            py::arg("theta") = DiffusionOptions().theta, py::arg("source") = py::none(),
            py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
            py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(),
-           R"(laplacian: an Operator with all n rows; copied.
-time_step: dt > 0; math.inf: the steady problem, solved by a single step from any u.
-diffusivity: nu >= 0, length^2/time.
-theta: 1: backward Euler, 0.5: Crank-Nicolson; 0.5 to 1.
-source: f, n numbers; None: 0.
-fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order
-  of the indices (of a mask: ascending); None: each keeps the value that it has in u.
-walls: WallConditions. solver: SolverOptions.
-Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions;
-SolverError if the system is singular.)")
+           implicit_diffusion_doc)
       .def("step", &step, py::arg("u"),
            R"(u one step later, a new array; the argument (n, or n x k for k fields at once)
 remains what it is.
@@ -265,8 +274,10 @@ if the residual stays above the tolerance.)")
 }  // namespace
 
 void bind_solver(py::module_& m) {
+  bind_options(m);
   bind_reports(m);
   bind_linear(m);
+  bind_walls(m);
   bind_diffusion(m);
 }
 
