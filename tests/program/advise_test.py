@@ -42,20 +42,23 @@ class Advise(ProgramTest):
         points = self.square(13, edge=lambda x, y: np.minimum.reduce([x, y, 1 - x, 1 - y]) < 1 / 13)
         t = self.read_csv("points.csv")
         rows = np.flatnonzero(t["edge"] == 0)
-        for tolerance in [0.2, 0.03]:
+        best = {0.2: (np.inf, None), 0.03: (np.inf, None)}  # of each tolerance
+        for scheme, ratio in self.candidates(points, "laplacian", 2):
+            (m,), _ = self.matrices(points, scheme, ratio)
+            counts = np.diff(m.indptr)[rows]
+            inner = m.toarray()[np.ix_(rows, rows)]
+            error = self.error([m], t["x"], t["y"], rows, 0.8)
+            if error > max(best) or (counts == 1).any():
+                continue
+            if np.linalg.eigvals(inner).real.max() > 1e-3 * np.median(-np.diag(inner)):
+                continue
+            for tolerance in best:
+                if error <= tolerance:
+                    best[tolerance] = min(best[tolerance], (counts.mean(), f"{scheme} with --support-ratio {ratio:g}"))
+        for tolerance, (_, taken) in best.items():
             text = self.run_program("advise", points, "--operator", "laplacian", "--use", "implicit", "--fixed", "edge",
                                     "--tolerance", tolerance, "--wavelength", 0.8)
-            best = (np.inf, None)
-            for scheme, ratio in self.candidates(points, "laplacian", 2):
-                (m,), _ = self.matrices(points, scheme, ratio)
-                counts = np.diff(m.indptr)[rows]
-                inner = m.toarray()[np.ix_(rows, rows)]
-                if self.error([m], t["x"], t["y"], rows, 0.8) > tolerance or (counts == 1).any():
-                    continue
-                if np.linalg.eigvals(inner).real.max() > 1e-3 * np.median(-np.diag(inner)):
-                    continue
-                best = min(best, (counts.mean(), f"{scheme} with --support-ratio {ratio:g}"))
-            self.assertIn(f"Take {best[1]}: ", text)
+            self.assertIn(f"Take {taken}: ", text)
             self.assertIn("gradpsi diffuse", text)
 
     def test_a_derivative_meets_the_tolerance_and_its_command_runs(self):
