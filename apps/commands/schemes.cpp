@@ -17,7 +17,7 @@ void print_json() {
     list.push_back({{"name", name(scheme)},
                     {"derivative", name(scheme.derivative)},
                     {"weight", name(scheme.weight)},
-                    {"consistency", name(scheme.consistency)},
+                    {"consistency", consistency_name(scheme)},
                     {"formula", formula(scheme)},
                     {"conditions", conditions(scheme)},
                     {"volume_scaled_symmetry", name(symmetry(scheme))}});

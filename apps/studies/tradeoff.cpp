@@ -220,8 +220,7 @@ std::string csv(const std::vector<Result>& results, int dimension) {
                            r.assemble, r.product, r.solve, r.bytes_per_point})
       out += ',' + cell(x, "%.4g");
     out += r.laplacian() ? (r.grows ? ",0," : ",1,") : ",,";
-    out +=
-        std::string(name(r.scheme.weight)) + ',' + std::string(name(r.scheme.consistency)) + '\n';
+    out += std::string(name(r.scheme.weight)) + ',' + consistency_name(r.scheme) + '\n';
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
@@ -24,17 +25,12 @@ enum class Weight {
 
 /// What a row promises, and how: see Scheme and degree().
 enum class Consistency {
-  Zoc,    ///< row sums are zero
-  Foc,    ///< first order, gradients only
-  Soc,    ///< second order
-  SocLs,  ///< second order, Laplacians only: of all weights those of least sum psi^2 / (omega phi)
+  Zoc,       ///< row sums are zero
+  Foc,       ///< first order, gradients only
+  Soc,       ///< second order
+  SocLs,     ///< second order, not gradients: of all weights those of least sum psi^2 / (omega phi)
   Positive,  ///< second order, Laplacians only: no weight negative, least sum (r/h)^5 psi
-  Ls1,       ///< exact on polynomials of degree 1 to 6, by least squares; Laplacians from 2 on
-  Ls2,
-  Ls3,
-  Ls4,
-  Ls5,
-  Ls6
+  LeastSquares  ///< exact on polynomials of a degree from 1 to 6; Laplacians from 2 on
 };
 
 /// A derivative as weighted sums over the neighbours: one row of the table schemes().
@@ -58,20 +54,25 @@ enum class Consistency {
 ///                    (B. Seibold, "Minimal positive stencils in meshfree finite difference methods for
 ///                    the Poisson equation"); one-sided neighbourhoods have none
 struct Scheme {
-  Derivative derivative;    ///< what is approximated
-  Weight weight;            ///< phi(r)
-  Consistency consistency;  ///< the conditions, and how they are met
+  Derivative derivative;     ///< what is approximated
+  Weight weight;             ///< phi(r)
+  Consistency consistency;   ///< the conditions, and how they are met
+  int least_squares_degree;  ///< P of ls-P; 0 for the others
 
-  /// Any three; assemble() refuses what is not one of schemes().
-  constexpr Scheme(Derivative derivative, Weight weight, Consistency consistency)
-      : derivative(derivative), weight(weight), consistency(consistency) {}
+  /// Any of these; assemble() refuses what is not one of schemes().
+  constexpr Scheme(Derivative derivative, Weight weight, Consistency consistency,
+                   int least_squares_degree = 0)
+      : derivative(derivative),
+        weight(weight),
+        consistency(consistency),
+        least_squares_degree(least_squares_degree) {}
 
   /// By name, so that "laplacian-mixed-soc" can stand wherever a scheme is expected.
   /// @throws InvalidInput  listing the valid names, nearest spelling first
   template <std::convertible_to<std::string_view> Name>
   Scheme(const Name& name) : Scheme(from_name(name)) {}
 
-  /// Whether all three agree.
+  /// Whether all agree.
   bool operator==(const Scheme&) const = default;
 
  private:
@@ -94,12 +95,22 @@ int unknowns(const Scheme& scheme, int dimension);
 
 /// The support that a scheme brings along, as a multiple of the spacing. ls-P: P + 1/2, at least 2, what
 /// the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
+/// @throws InvalidInput  if it is not one of schemes(), as symmetry() does
 std::optional<double> support_ratio(const Scheme& scheme);
+
+/// The order of the derivative: 1 for gradients, 2 for Laplacians.
+int order(Derivative derivative);
+
+/// What the matrices of a derivative are called, in the order of Operator::axes: "x", "y", "z" as far as
+/// there are dimensions for a gradient, one name that is empty for a Laplacian.
+std::vector<std::string> components(Derivative derivative, int dimension);
 
 std::string_view name(Derivative derivative);  ///< "gradient", "laplacian"
 std::string_view name(Weight weight);          ///< "direct", "diffuse", ..., "kernel", "distance"
 std::string_view name(
-    Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls-1"...
+    Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls"
+/// The same with the degree of least squares: "soc", "ls-3".
+std::string consistency_name(const Scheme& scheme);
 
 /// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3"
 /// and "positive" stand without a weight.

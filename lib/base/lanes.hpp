@@ -39,6 +39,16 @@ template <int W>
   return x - Lanes<W>{};
 }
 
+/// x as it is in memory: it does not become part of a multiplication and addition in one step, so that which
+/// of two products is rounded is not the compiler's choice.
+template <class V>
+[[gnu::always_inline]] inline V as_rounded(V x) {
+#if defined(__x86_64__)
+  asm("" : "+v"(x));
+#endif
+  return x;
+}
+
 [[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
 
 template <class V>

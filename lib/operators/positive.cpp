@@ -1,11 +1,10 @@
 #include "operators/positive.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
-
-#include "operators/moments.hpp"
 
 namespace gradpsi {
 namespace {
@@ -14,6 +13,11 @@ namespace {
 constexpr double tolerance = 1e-12;      // of values and costs
 constexpr double smallest_pivot = 1e-9;  // what is below comes from rounding
 constexpr int patience = 20;             // pivots per equation before ties could mean a cycle
+
+template <class Matrix>
+double one_norm(const Matrix& A) {
+  return A.cwiseAbs().colwise().sum().maxCoeff();
+}
 
 }  // namespace
 
@@ -129,17 +133,18 @@ double PositiveStencil<D>::solve(const Columns& s, const Columns& q, Columns psi
     Matrix basis = Matrix::Identity();
     for (int row = 0; row < m; ++row)
       if (basis_[row] >= 0) basis.col(row) = rows.row(basis_[row]).template head<m>().matrix();
-    const auto inverse = invert<false, m>(basis);
-    if (inverse.reciprocal_condition == 0) return 0;
-    value_ = inverse.matrix * rhs;
-    value_ += inverse.matrix * (rhs - basis * value_);
+    const Matrix inverse = basis.partialPivLu().inverse();
+    const double condition = one_norm(basis) * one_norm(inverse);
+    if (!std::isfinite(condition)) return 0;
+    value_ = inverse * rhs;
+    value_ += inverse * (rhs - basis * value_);
     if (leaving(true) >= 0) continue;
     for (int row = 0; row < m; ++row)
       if (basis_[row] >= 0 && value_[row] > tolerance) {
         const int j = order_[basis_[row]];
         psi(j) = value_[row] / (q(j) * q(j));
       }
-    return inverse.reciprocal_condition;
+    return std::min(1 / condition, 1.0);
   }
   return 0;
 }

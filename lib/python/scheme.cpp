@@ -55,7 +55,7 @@ void bind_properties(py::class_<Scheme>& type) {
           "\"direct\", \"diffuse\", \"diffuse-ns\", \"mixed\"; \"kernel\" and \"distance\" are not "
           "part of names")
       .def_property_readonly(
-          "consistency", [](const Scheme& s) { return name(s.consistency); },
+          "consistency", [](const Scheme& s) { return consistency_name(s); },
           "\"zoc\", \"foc\", \"soc\", \"soc-ls\", \"positive\", \"ls-1\" to \"ls-6\"")
       .def_property_readonly(
           "degree", [](const Scheme& s) { return degree(s); },

@@ -16,4 +16,7 @@ inline void check_kernel(const Kernel& kernel, int dimension) {
                        std::to_string(dimension) + " dimensions");
 }
 
+/// The kernel's number among VectorKernels; -1: it is none of these.
+int vector_kernel(const Kernel& kernel);
+
 }  // namespace gradpsi

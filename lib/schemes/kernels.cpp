@@ -1,24 +1,15 @@
+#include "schemes/kernels.hpp"
+
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
 #include "base/text.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/kernel.hpp"
-#include "schemes/profiles.hpp"
 
 namespace gradpsi {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-
-/// One of profiles.hpp for a single q.
-template <ProfileOf<double> (*shape)(double)>
-Profile profile(double q) {
-  const auto p = shape(q);
-  return {.w = p.w, .dw_over_q = p.dw_over_q, .d2w = p.d2w};
-}
 
 // exp(-9 s), s = q^2, minus its Taylor polynomial of degree 2 about s = 1. A Gaussian merely cut
 // off jumps at r = h, and a neighbour there would count or not as rounding has it; this one meets
@@ -41,32 +32,39 @@ std::array<double, 3> gaussian_normalisation() {
           1 / (4 * pi * (e / 108 - exp_9 * (1.0 / 18 + 97.0 / 21)))};
 }
 
+template <class K>
+Profile profile(double q) {
+  const auto p = K::profile(q);
+  return {.w = p.w, .dw_over_q = p.dw_over_q, .d2w = p.d2w};
+}
+
+template <class K>
+Kernel row() {
+  const auto& s = K::normalisation;
+  return {K::name, K::formula, profile<K>, {s[0], s[1], s[2]}};
+}
+
+template <class... K>
+std::vector<Kernel> rows(KernelList<K...>) {
+  return {row<K>()...};
+}
+
 }  // namespace
 
-// H. Wendland, Adv. Comput. Math. 4 (1995); the paper uses the three-dimensional C2 polynomial in
-// one dimension too, and so does this table for C4 and C6. Splines: I. J. Schoenberg (1946).
 std::span<const Kernel> kernels() {
-  static const std::array<Kernel, 6> table = {{
-      {"wendland-c2", "(1-q)^4 (1+4q)", profile<wendland_c2>, {3.0 / 2, 7 / pi, 21 / (2 * pi)}},
-      {"wendland-c4",
-       "(1-q)^6 (1+6q+35q^2/3)",
-       profile<wendland_c4>,
-       {27.0 / 16, 9 / pi, 495 / (32 * pi)}},
-      {"wendland-c6",
-       "(1-q)^8 (1+8q+25q^2+32q^3)",
-       profile<wendland_c6>,
-       {15.0 / 8, 78 / (7 * pi), 1365 / (64 * pi)}},
-      {"cubic-spline",
-       "(1-q)^3 - 4 (1/2-q)_+^3",
-       profile<cubic_spline>,
-       {8.0 / 3, 80 / (7 * pi), 16 / pi}},
-      {"quintic-spline",
-       "(1-q)^5 - 6 (2/3-q)_+^5 + 15 (1/3-q)_+^5",
-       profile<quintic_spline>,
-       {243.0 / 40, 15309 / (478 * pi), 2187 / (40 * pi)}},
-      {"gaussian", "exp(-9q^2), cut off smoothly at q = 1", gaussian, gaussian_normalisation()},
-  }};
+  static const std::vector<Kernel> table = [] {
+    std::vector<Kernel> all = rows(VectorKernels());
+    all.push_back(
+        {"gaussian", "exp(-9q^2), cut off smoothly at q = 1", gaussian, gaussian_normalisation()});
+    return all;
+  }();
   return table;
+}
+
+int vector_kernel(const Kernel& kernel) {
+  for (int k = 0; k < VectorKernels::count; ++k)
+    if (kernels()[k].profile == kernel.profile) return k;
+  return -1;
 }
 
 const Kernel& kernel(std::string_view name) {
@@ -76,16 +74,6 @@ const Kernel& kernel(std::string_view name) {
     valid.emplace_back(k.name);
   }
   throw_unknown("kernel", name, valid);
-}
-
-Shape shape(const Kernel& kernel) {
-  const auto is = [&](Profile (*function)(double)) { return kernel.profile == function; };
-  return is(profile<wendland_c2>)      ? Shape::WendlandC2
-         : is(profile<wendland_c4>)    ? Shape::WendlandC4
-         : is(profile<wendland_c6>)    ? Shape::WendlandC6
-         : is(profile<cubic_spline>)   ? Shape::CubicSpline
-         : is(profile<quintic_spline>) ? Shape::QuinticSpline
-                                       : Shape::Other;
 }
 
 KernelValue evaluate(const Kernel& kernel, int dimension, double support, double r) {

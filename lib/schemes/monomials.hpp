@@ -8,8 +8,18 @@ inline constexpr int monomial_count = (monomial_count<D - 1, P> + 1) * (D + P) /
 template <int P>
 inline constexpr int monomial_count<1, P> = P;
 
+/// The same for numbers that are known at run time.
+constexpr int monomials_to(int dimension, int degree) {
+  int count = 1;  // the constant one among them
+  for (int a = 1; a <= dimension; ++a) count = count * (degree + a) / a;
+  return count - 1;
+}
+
+/// The highest degree of a scheme.
+inline constexpr int highest_degree = 6;
+
 /// The monomials of degree 1 to P of s, degree by degree: s, then s_a s_b for a <= b, and so on.
-/// Number k >= D is s_factor[k] times number rest[k].
+/// Number k >= D is s_factor[k] times number rest[k]. A lower P has the first of them.
 template <int D, int P>
 struct MonomialTable {
   static constexpr int size = monomial_count<D, P>;

@@ -1,10 +1,15 @@
 #include <algorithm>
 #include <array>
-#include <iterator>
+#include <string>
 #include <vector>
 
+#include "base/names.hpp"
 #include "base/text.hpp"
 #include "gradpsi/scheme.hpp"
+#include "schemes/monomials.hpp"
+#include "schemes/recipe.hpp"
+#include "schemes/targets.hpp"
+#include "schemes/weights.hpp"
 
 namespace gradpsi {
 namespace {
@@ -12,136 +17,174 @@ namespace {
 constexpr auto Gradient = Derivative::Gradient;
 constexpr auto Laplacian = Derivative::Laplacian;
 using Weight::Diffuse, Weight::DiffuseNs, Weight::Direct, Weight::Distance, Weight::Mixed;
+constexpr auto W = Weight::Kernel;
 using enum Consistency;
+using Symmetry::Antisymmetric, Symmetry::Symmetric;
 
-constexpr std::size_t classified = 17;
-constexpr std::array<Scheme, classified + 15> table = {{
-    {Gradient, Direct, Zoc},          {Gradient, Direct, Foc},
-    {Gradient, Direct, Soc},          {Gradient, Diffuse, Zoc},
-    {Gradient, Diffuse, Foc},         {Gradient, Diffuse, Soc},
-    {Gradient, DiffuseNs, Zoc},       {Gradient, DiffuseNs, Foc},
-    {Gradient, DiffuseNs, Soc},       {Laplacian, Direct, Zoc},
-    {Laplacian, Direct, Soc},         {Laplacian, Diffuse, Zoc},
-    {Laplacian, Diffuse, Soc},        {Laplacian, DiffuseNs, Zoc},
-    {Laplacian, DiffuseNs, Soc},      {Laplacian, Mixed, Zoc},
-    {Laplacian, Mixed, Soc},          {Laplacian, Diffuse, SocLs},
-    {Laplacian, DiffuseNs, SocLs},    {Laplacian, Mixed, SocLs},
-    {Laplacian, Distance, Positive},  {Gradient, Weight::Kernel, Ls1},
-    {Gradient, Weight::Kernel, Ls2},  {Gradient, Weight::Kernel, Ls3},
-    {Gradient, Weight::Kernel, Ls4},  {Gradient, Weight::Kernel, Ls5},
-    {Gradient, Weight::Kernel, Ls6},  {Laplacian, Weight::Kernel, Ls2},
-    {Laplacian, Weight::Kernel, Ls3}, {Laplacian, Weight::Kernel, Ls4},
-    {Laplacian, Weight::Kernel, Ls5}, {Laplacian, Weight::Kernel, Ls6},
-}};
+constexpr std::string_view none, r = " r_ij", B_r = " B_i r_ij",
+                                 C_r = " (C0_i r_ij + C1_i : r_ij r_ij)",
+                                 C_e = " (C0_i : e_ij e_ij + C1_i . r_ij)", c_p = " c_i . p(r_ij)",
+                                 psi = ">= 0, least sum (r/h)^5 psi_ij";
 
-template <std::size_t n, class Enum>
-std::string_view text(const std::array<std::string_view, n>& names, Enum e) {
-  return names.at(static_cast<std::size_t>(e));
+// Tables I and II first, then what follows them.
+constexpr int classified = 17;
+constexpr std::array recipes = std::to_array<Recipe>({
+    // clang-format off
+    {Gradient, Direct, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
+    {Gradient, Direct, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-direct-zoc"},
+    {Gradient, Direct, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-direct-foc"},
+    {Gradient, Diffuse, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
+    {Gradient, Diffuse, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-diffuse-zoc"},
+    {Gradient, Diffuse, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-diffuse-foc"},
+    {Gradient, DiffuseNs, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
+    {Gradient, DiffuseNs, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-diffuse-ns-zoc"},
+    {Gradient, DiffuseNs, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-diffuse-ns-foc"},
+    {Laplacian, Direct, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
+    {Laplacian, Direct, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-direct-zoc"},
+    {Laplacian, Diffuse, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
+    {Laplacian, Diffuse, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-diffuse-zoc"},
+    {Laplacian, DiffuseNs, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
+    {Laplacian, DiffuseNs, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-diffuse-ns-zoc"},
+    {Laplacian, Mixed, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
+    {Laplacian, Mixed, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-mixed-zoc"},
+    {Laplacian, Diffuse, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-diffuse-zoc"},
+    {Laplacian, DiffuseNs, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-diffuse-ns-zoc"},
+    {Laplacian, Mixed, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-mixed-zoc"},
+    {Laplacian, Distance, Positive, 2, 2, How::Programme, Form::Monomials, psi, "laplacian-mixed-zoc",
+     Symmetry::None, true},
+    {Gradient, W, LeastSquares, 1, highest_degree, How::LeastSquares, Form::Monomials, c_p,
+     "gradient-direct-zoc", Symmetry::None, true},
+    {Laplacian, W, LeastSquares, 2, highest_degree, How::LeastSquares, Form::Monomials, c_p,
+     "laplacian-mixed-zoc", Symmetry::None, true},
+    // clang-format on
+});
+
+Scheme scheme_of(const Recipe& row, int degree) {
+  return {row.derivative, row.weight, row.consistency, row.low < row.high ? degree : 0};
 }
 
-std::string phi(const Scheme& scheme) {
-  if (scheme.weight == Weight::Kernel) return "W";
-  static constexpr std::array<std::string_view, 3> gradient = {"(-W'/r)", "(d W/r^2)", "(W/r)"};
-  static constexpr std::array<std::string_view, 4> laplacian = {"(W'' + (d-1) W'/r)", "(2d W/r^2)",
-                                                                "(2 W/r)", "(-2 W'/r)"};
-  const bool first = scheme.derivative == Gradient;
-  return std::string(first ? text(gradient, scheme.weight) : text(laplacian, scheme.weight));
+const std::vector<Scheme>& table() {
+  static const std::vector<Scheme> all = [] {
+    std::vector<Scheme> result;
+    for (const Recipe& row : recipes)
+      for (int degree = row.low; degree <= row.high; ++degree)
+        result.push_back(scheme_of(row, degree));
+    return result;
+  }();
+  return all;
+}
+
+/// The row that holds the scheme, or could if it were of another degree; null: none.
+const Recipe* find(const Scheme& scheme) {
+  const auto found = std::ranges::find_if(recipes, [&](const Recipe& row) {
+    return row.derivative == scheme.derivative && row.weight == scheme.weight &&
+           row.consistency == scheme.consistency;
+  });
+  return found == recipes.end() ? nullptr : &*found;
 }
 
 }  // namespace
 
-std::span<const Scheme> schemes() { return table; }
+std::span<const Scheme> schemes() { return table(); }
 
 std::span<const Scheme> classified_schemes() { return schemes().first(classified); }
 
+const Recipe& recipe(const Scheme& scheme) {
+  if (std::ranges::find(table(), scheme) == table().end())
+    static_cast<void>(Scheme(name(scheme)));  // throws
+  return *find(scheme);
+}
+
 int degree(const Scheme& scheme) {
-  switch (scheme.consistency) {
-    case Zoc: return 0;
-    case Foc: return 1;
-    case Soc:
-    case SocLs:
-    case Positive: return 2;
-    default: return 1 + static_cast<int>(scheme.consistency) - static_cast<int>(Ls1);
-  }
+  if (scheme.least_squares_degree > 0) return scheme.least_squares_degree;
+  const Recipe* const row = find(scheme);
+  return row ? row->low : 0;
 }
 
 int unknowns(const Scheme& scheme, int dimension) {
-  int monomials = 1;  // up to the degree, the constant one among them
-  for (int a = 1; a <= dimension; ++a) monomials = monomials * (degree(scheme) + a) / a;
-  return monomials - 1;
+  return monomials_to(dimension, degree(scheme));
 }
 
 std::optional<double> support_ratio(const Scheme& scheme) {
-  if (scheme.consistency == Positive) return 2.5;
-  if (scheme.weight == Weight::Kernel) return std::max(2.0, degree(scheme) + 0.5);
-  return std::nullopt;
-}
-
-std::string_view name(Derivative derivative) {
-  return text(std::array<std::string_view, 2>{"gradient", "laplacian"}, derivative);
-}
-
-std::string_view name(Weight weight) {
-  return text(std::array<std::string_view, 6>{"direct", "diffuse", "diffuse-ns", "mixed", "kernel",
-                                              "distance"},
-              weight);
+  if (!recipe(scheme).brings_support) return std::nullopt;
+  return std::max(2.0, degree(scheme) + 0.5);
 }
 
 std::string_view name(Consistency consistency) {
-  return text(std::array<std::string_view, 11>{"zoc", "foc", "soc", "soc-ls", "positive", "ls-1",
-                                               "ls-2", "ls-3", "ls-4", "ls-5", "ls-6"},
-              consistency);
+  return spelling(
+      std::to_array<std::string_view>({"zoc", "foc", "soc", "soc-ls", "positive", "ls"}),
+      consistency);
 }
 
 std::string_view name(Symmetry symmetry) {
-  return text(std::array<std::string_view, 3>{"none", "symmetric", "antisymmetric"}, symmetry);
+  return spelling(std::to_array<std::string_view>({"none", "symmetric", "antisymmetric"}),
+                  symmetry);
+}
+
+std::string consistency_name(const Scheme& scheme) {
+  std::string result(name(scheme.consistency));
+  if (scheme.least_squares_degree > 0) result += '-' + std::to_string(scheme.least_squares_degree);
+  return result;
 }
 
 std::string name(const Scheme& scheme) {
   std::string result = std::string(name(scheme.derivative)) + '-';
-  if (scheme.weight < Weight::Kernel) result += std::string(name(scheme.weight)) + '-';
-  return result + std::string(name(scheme.consistency));
+  const WeightRow& weight = weight_row(scheme.weight);
+  if (weight.in_names) result += std::string(weight.name) + '-';
+  return result + consistency_name(scheme);
 }
 
 Scheme Scheme::from_name(std::string_view wanted) {
-  const auto found = std::ranges::find_if(table, [&](const auto& s) { return name(s) == wanted; });
-  if (found != table.end()) return *found;
   std::vector<std::string> valid;
-  std::ranges::transform(table, std::back_inserter(valid), [](const auto& s) { return name(s); });
+  for (const Scheme& scheme : schemes()) {
+    valid.push_back(name(scheme));
+    if (valid.back() == wanted) return scheme;
+  }
   throw_unknown("scheme", wanted, valid);
 }
 
 std::string formula(const Scheme& scheme) {
-  static_cast<void>(Scheme(name(scheme)));  // throws unless it is one of schemes()
-  const bool first = scheme.derivative == Gradient;
-  if (scheme.consistency == Positive) return ">= 0, least sum (r/h)^5 psi_ij";
-  const std::string weight = "omega_j " + phi(scheme);
-  switch (scheme.consistency) {
-    case Zoc: return weight + (first ? " r_ij" : "");
-    case Foc: return weight + " B_i r_ij";
-    case Soc:
-      return weight +
-             (first ? " (C0_i r_ij + C1_i : r_ij r_ij)" : " (C0_i : e_ij e_ij + C1_i . r_ij)");
-    default: return weight + " c_i . p(r_ij)";
-  }
+  const Recipe& row = recipe(scheme);
+  const WeightRow& weight = weight_row(row.weight);
+  const std::string_view phi = order(row.derivative) == 1 ? weight.first : weight.second;
+  if (phi.empty()) return std::string(row.factors);
+  return "omega_j " + std::string(phi) + std::string(row.factors);
 }
 
 std::string_view conditions(const Scheme& scheme) {
-  static constexpr std::array<std::string_view, 7> exact = {"row sums 0",
-                                                            "row sums 0, sum G r = I [4]",
-                                                            "",
-                                                            "exact on polynomials of degree 3",
-                                                            "exact on polynomials of degree 4",
-                                                            "exact on polynomials of degree 5",
-                                                            "exact on polynomials of degree 6"};
-  if (degree(scheme) != 2) return text(exact, degree(scheme));
-  return scheme.derivative == Gradient ? "row sums 0, sum G r = I [4], sum G r r = 0 [5]"
-                                       : "row sums 0, sum psi r = 0 [9], sum psi r r = 2 I [10]";
+  static constexpr std::array<std::string_view, highest_degree - 2> exact = {
+      "exact on polynomials of degree 3", "exact on polynomials of degree 4",
+      "exact on polynomials of degree 5", "exact on polynomials of degree 6"};
+  const int P = degree(scheme);
+  return P <= 2 ? target(scheme.derivative).conditions[P] : exact.at(P - 3);
 }
 
-Symmetry symmetry(const Scheme& scheme) {
-  if (scheme.consistency != Zoc) return Symmetry::None;
-  return scheme.derivative == Gradient ? Symmetry::Antisymmetric : Symmetry::Symmetric;
+Symmetry symmetry(const Scheme& scheme) { return recipe(scheme).symmetry; }
+
+std::optional<Scheme> lowered(const Scheme& scheme) {
+  const Recipe& row = recipe(scheme);
+  if (degree(scheme) > row.low) return scheme_of(row, degree(scheme) - 1);
+  if (row.lower.empty()) return std::nullopt;
+  return Scheme(row.lower);
+}
+
+Equations equations(const Scheme& scheme, int d) {
+  const Recipe& row = recipe(scheme);
+  const WeightRow& weight = weight_row(row.weight);
+  const Target& target = gradpsi::target(row.derivative);
+  const bool constant = row.form == Form::Constant;
+  const int P = constant ? 0 : row.how == How::Given ? 1 : degree(scheme);
+  return {.scheme = scheme,
+          .exact = degree(scheme),
+          .how = row.how,
+          .form = row.form,
+          .degree = P,
+          .unknowns = constant ? 1 : monomials_to(d, P),
+          .phi = weight.phi(target.order, d),
+          .given_power = P - weight.lacks,  // s = r / h gives one h back
+          .order = target.order,
+          .outputs = target.outputs(d),
+          .terms = constant ? std::vector<Term>{{0, 0, 1}} : terms(target, d, P)};
 }
 
 }  // namespace gradpsi

@@ -1,24 +1,16 @@
 #pragma once
 
 #include "base/cpu.hpp"
-#include "schemes/profiles.hpp"
+#include "gradpsi/kernel.hpp"
+#include "schemes/forms.hpp"
+#include "schemes/kernels.hpp"
 
 namespace gradpsi {
 
 // Rows of second and lower order, several at a time: the vector code behind assemble(). Neighbours are
 // worked on W at a time, then the moment systems of W rows together.
 
-/// phi(r) of a scheme times h^(d+2) / s_d (diffuse-ns: h^(d+1)) at q = r/h: a sum of the kernel's values.
-struct Phi {
-  double w = 0, w_over_q = 0, w_over_q2 = 0, dw_over_q = 0, d2w = 0;
-  bool operator==(const Phi&) const = default;
-};
-
-/// The form of a row's weights: none but phi, or phi times a combination of s; of s and s s^T; of s and
-/// e e^T, where the conditions are still those on s and s s^T; of all monomials to a degree above 2.
-enum class Form { Zoc, Linear, Quadratic, Directions, Monomials };
-
-/// The highest degree of Form::Monomials; beyond it, matrices have over fifty rows.
+/// The highest degree of least squares; beyond it, matrices have over fifty rows.
 constexpr int highest_batched_degree(int dimension) { return dimension == 3 ? 4 : 6; }
 
 /// The cloud and its kernel, as plain arrays.
@@ -26,7 +18,7 @@ struct BatchPoints {
   const double* x;        // n x D
   const double* volumes;  // n
   double box[3];          // 0: open
-  Shape shape;
+  int kernel;             // its number among VectorKernels; -1: only its function is known
   Profile (*profile)(double);
   double normalisation;    // s_d
   const double* supports;  // one, or n
@@ -40,17 +32,23 @@ struct BatchRows {
   const int* points;  // row k is about points[k]; null: k
 };
 
+/// The most matrices of one system, as many as a value has first and second derivatives with the
+/// Laplacian beside them.
+inline constexpr int most_outputs = 10;
+
 /// What is asked of each row: matrices of one system of equations.
 struct BatchSystem {
-  Phi phi;
+  How how;
   Form form;
-  int degree;          // of Form::Monomials
-  int zoc_power;       // uncorrected weights want h to this power as a factor
-  bool least_squares;  // |phi| weighs, and the scaled matrix is judged
-  double limit;  // least reciprocal condition number of the matrix, or of it after scaling its
-                 // diagonal to 1
-  double* gradient[3];  // values, entry by entry; null: not wanted
-  double* laplacian;
+  int degree;  // of the form's functions
+  Phi phi;
+  int given_power;  // How::Given: weights want h to this power as a factor
+  double limit;     // least reciprocal condition number of the matrix; least squares: of it after
+                    // scaling its diagonal to 1
+  int outputs, term_count;
+  double* values[most_outputs];  // of each matrix, entry by entry
+  int orders[most_outputs];      // of its derivative
+  Term terms[2 * most_outputs];
   double* reciprocal_condition;  // one a row, of the matrix as it is
   // Of the rows of this call, in their order, whether the values can be used; others are left half done.
   unsigned char* solved;
@@ -72,9 +70,9 @@ struct BatchKernels {
 };
 
 /// Room for W = 8 rows of up to `most_entries` entries, in columns of that length: each row's own, their
-/// weights, and the monomials of one of them, up to 34, plain and weighted.
-constexpr long batch_memory(int dimension, int most_entries) {
-  const long row = dimension + 4, weights = dimension + 1;
+/// weights in all outputs, and the monomials of one of them, up to 34, plain and weighted.
+constexpr long batch_memory(int dimension, int most_entries, int most_outputs) {
+  const long row = dimension + 4, weights = most_outputs;
   return (8 * (row + weights) + 2 * 34) * ((most_entries + 7) / 8 * 8);
 }
 

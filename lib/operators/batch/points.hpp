@@ -6,6 +6,7 @@
 #include "gradpsi/kernel.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "operators/batch/batch.hpp"
+#include "schemes/check.hpp"
 
 namespace gradpsi {
 
@@ -15,7 +16,7 @@ inline BatchPoints batch_points(const Cloud& cloud, const Neighbours& near, cons
   return {cloud.positions().data(),
           volumes.data(),
           {cloud.box()[0], cloud.box()[1], cloud.box()[2]},
-          shape(kernel),
+          vector_kernel(kernel),
           kernel.profile,
           kernel.normalisation[cloud.dimension() - 1],
           near.supports.data(),

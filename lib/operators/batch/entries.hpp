@@ -1,0 +1,146 @@
+#pragma once
+
+// Vector code; see lanes.hpp.
+
+#include "base/lanes.hpp"
+#include "operators/batch/batch.hpp"
+#include "operators/inverse.hpp"
+#include "schemes/monomials.hpp"
+
+namespace gradpsi {
+
+/// Where the rows of a batch go.
+template <int W>
+struct Batch {
+  int rows;
+  int first;     // of the call's rows
+  int row[W];    // k
+  int entry[W];  // outer[k]
+};
+
+/// A row's neighbours and itself, W at a time, as structure of arrays. Entries without a neighbour, the
+/// row's own point and those that fill up the last vector, are at q = 1 with volume 0.
+template <int D>
+struct Entries {
+  int count, padded, diagonal;
+  double h;
+  double *s[D], *q, *volume;  // as in Row
+  double *weight, *over;      // omega_j phi, that / q^2
+};
+
+constexpr int round_up(int n, int W) { return (n + W - 1) / W * W; }
+
+/// x rounded to the nearest whole number, for |x| < 2^51.
+template <class V>
+[[gnu::always_inline]] inline V rounded(V x) {
+  constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52
+  return (x + shift) - shift;
+}
+
+/// Copies a row's neighbours together, r_ij into s and omega_j into the volume.
+template <int D>
+[[gnu::always_inline]] inline void gather(const BatchPoints& points, const int* columns, int i,
+                                          Entries<D>& row) {
+  const double* const x = points.x;
+  double own[D];
+  for (int a = 0; a < D; ++a) own[a] = x[static_cast<long>(i) * D + a];
+  int before = 0;
+  for (int k = 0; k < row.count; ++k) {
+    const long j = columns[k];
+    for (int a = 0; a < D; ++a) row.s[a][k] = x[j * D + a] - own[a];
+    row.volume[k] = points.volumes[j];
+    before += columns[k] < i;
+  }
+  row.diagonal = before;
+  row.h = points.supports[points.one_support ? 0 : i];
+  const auto is_nobody = [&](int k) __attribute__((always_inline)) {
+    row.s[0][k] = row.h;
+    for (int a = 1; a < D; ++a) row.s[a][k] = 0;
+    row.volume[k] = 0;
+  };
+  is_nobody(row.diagonal);
+  for (int k = row.count; k < row.padded; ++k) is_nobody(k);
+}
+
+/// To units of h, as Row has them.
+template <int D, int W>
+[[gnu::always_inline]] inline void scale(const BatchPoints& points, Entries<D>& row) {
+  using V = Lanes<W>;
+  const double per_h = 1 / row.h;
+  for (int k = 0; k < row.padded; k += W) {
+    V squared{};
+    V volume = load<W>(row.volume + k);
+    for (int a = 0; a < D; ++a) {
+      V r = load<W>(row.s[a] + k);
+      if (points.box[a] > 0) r -= points.box[a] * rounded(r / points.box[a]);
+      r *= per_h;
+      store(row.s[a] + k, r);
+      squared += r * r;
+      volume *= per_h;  // one h at a time: 1 / h^d may be beyond a double where omega / h^d is not
+    }
+    const V q = square_root(squared);
+    store(row.q + k, q < 1 ? q : all<W>(1));  // rounding can lift a neighbour past the support
+    store(row.volume + k, volume * points.normalisation);
+  }
+}
+
+template <int W, class... K>
+[[gnu::always_inline]] inline ProfileOf<Lanes<W>> profile(KernelList<K...>, int kernel,
+                                                          Lanes<W> q) {
+  ProfileOf<Lanes<W>> result;
+  int k = 0;
+  static_cast<void>(((kernel == k++ && (result = K::profile(q), true)) || ...));
+  return result;
+}
+
+template <int W>
+[[gnu::always_inline]] inline ProfileOf<Lanes<W>> profile(const BatchPoints& points, Lanes<W> q) {
+  if (points.kernel >= 0) return profile<W>(VectorKernels(), points.kernel, q);
+  double w[W], dw_over_q[W], d2w[W];
+  for (int l = 0; l < W; ++l) {
+    const Profile one = points.profile(q[l]);
+    w[l] = one.w;
+    dw_over_q[l] = one.dw_over_q;
+    d2w[l] = one.d2w;
+  }
+  return {load<W>(w), load<W>(dw_over_q), load<W>(d2w)};
+}
+
+template <int D, int W>
+[[gnu::always_inline]] inline void weigh(const BatchPoints& points, const BatchSystem& system,
+                                         Entries<D>& row) {
+  using V = Lanes<W>;
+  const Phi& c = system.phi;
+  const bool divides = c.w_over_q != 0 || c.w_over_q2 != 0;
+  for (int k = 0; k < row.padded; k += W) {
+    const V q = load<W>(row.q + k);
+    const auto p = profile<W>(points, q);
+    V phi = c.w * p.w + c.dw_over_q * p.dw_over_q + c.d2w * p.d2w;
+    if (divides) {
+      const V per_q = 1 / q;
+      phi += p.w * per_q * (c.w_over_q + c.w_over_q2 * per_q);
+    }
+    if (system.how == How::LeastSquares) phi = magnitude(phi);
+    const V weight = phi * load<W>(row.volume + k);
+    store(row.weight + k, weight);
+    if (system.form == Form::Directions) store(row.over + k, weight / (q * q));
+  }
+}
+
+/// The monomials of degree 1 to P at entries k to k + W.
+template <int D, int P, int W>
+[[gnu::always_inline]] inline void monomials(const Entries<D>& row, int k, Lanes<W>* m) {
+  constexpr const auto& table = monomial_table<D, P>;
+  for (int a = 0; a < D; ++a) m[a] = load<W>(row.s[a] + k);
+#pragma GCC unroll 40
+  for (int c = D; c < table.size; ++c) m[c] = m[table.factor[c]] * m[table.rest[c]];
+}
+
+/// Columns of memory, each as long as the longest row.
+struct Workspace {
+  double* memory;
+  long room;
+  double* column(int c) const { return memory + c * room; }
+};
+
+}  // namespace gradpsi

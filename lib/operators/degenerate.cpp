@@ -1,0 +1,61 @@
+#include "operators/degenerate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string>
+
+#include "base/names.hpp"
+#include "base/text.hpp"
+#include "gradpsi/error.hpp"
+
+namespace gradpsi {
+
+std::vector<Equations> ladder(const Scheme& scheme, int dimension, OnDegenerate policy) {
+  std::vector<Equations> steps = {equations(scheme, dimension)};
+  if (policy == OnDegenerate::Lower)
+    while (const auto next = lowered(steps.back().scheme))
+      steps.push_back(equations(*next, dimension));
+  return steps;
+}
+
+RowReport empty_report(int rows) {
+  return {Eigen::VectorXi(rows), Eigen::VectorXd(rows), Eigen::VectorXd(rows),
+          std::vector<RowOutcome>(rows), Eigen::VectorXi(rows)};
+}
+
+void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
+                         const RowReport& report) {
+  const int count = report.degenerate();
+  if (count == 0) return;
+  const auto first =
+      std::ranges::find_if(report.outcome, [](auto o) { return o != RowOutcome::AsAsked; }) -
+      report.outcome.begin();
+  const int neighbours = report.neighbours[first];
+  const double rcond = report.reciprocal_condition[first];
+  const int needed = unknowns(scheme, cloud.dimension());
+  const std::string why =
+      neighbours == 0       ? "it has no neighbour"
+      : neighbours < needed ? "at least " + std::to_string(needed) + " neighbours are needed"
+      : recipe(scheme).how == How::Programme ? "none of its stencils is positive"
+      : rcond >= singular_below              ? "its weights are not finite"
+                                             : "its moment system is singular";
+  throw StencilError(name(scheme) + " cannot be computed at point " +
+                         std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +
+                         why + " (" + std::to_string(neighbours) +
+                         " neighbours, reciprocal condition number " + shortest(rcond) + "); " +
+                         std::to_string(count) + " of " + std::to_string(rows.count) +
+                         " rows are degenerate",
+                     rows.point(static_cast<int>(first)), neighbours, rcond);
+}
+
+std::string_view name(RowOutcome outcome) {
+  return spelling(std::to_array<std::string_view>({"as-asked", "lowered", "widened", "zero"}),
+                  outcome);
+}
+
+int RowReport::degenerate() const {
+  return static_cast<int>(outcome.size() - std::ranges::count(outcome, RowOutcome::AsAsked));
+}
+
+}  // namespace gradpsi

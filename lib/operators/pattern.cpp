@@ -1,0 +1,80 @@
+#include "operators/pattern.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "base/memory.hpp"
+#include "base/parallel.hpp"
+#include "gradpsi/error.hpp"
+#include "schemes/recipe.hpp"
+#include "schemes/targets.hpp"
+
+namespace gradpsi {
+
+ChosenRows chosen_rows(const AssemblyOptions& options, const Cloud& cloud) {
+  if (!options.rows) return {nullptr, cloud.size()};
+  return {&*options.rows, static_cast<int>(options.rows->size())};
+}
+
+void check_entries(std::int64_t entries) {
+  if (entries > std::numeric_limits<int>::max())
+    throw InvalidInput("the rows would have " + std::to_string(entries) +
+                       " entries, more than 2^31 - 1");
+}
+
+void set_pattern(SparseMatrix& matrix, const Neighbours& near, const ChosenRows& rows,
+                 int threads) {
+  const int m = rows.count;
+  matrix.resize(m, near.size());
+  int* const outer = matrix.outerIndexPtr();
+  for (int k = 0; k < m; ++k) outer[k + 1] = outer[k] + near.count(rows.point(k)) + 1;
+  resize_in_large_pages(matrix, outer[m]);
+  parallel_chunks(m, 1024, threads, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const int i = rows.point(k);
+      int* const column = matrix.innerIndexPtr() + outer[k];
+      int before = 0, l = 0;
+      for (const int j : near.of(i)) {
+        column[l++ + (j > i)] = j;
+        before += j < i;
+      }
+      column[before] = i;
+    }
+  });
+}
+
+void copy_pattern(SparseMatrix& matrix, const SparseMatrix& other, int threads) {
+  matrix.resize(other.rows(), other.cols());
+  const int m = static_cast<int>(other.rows());
+  const int* const outer = other.outerIndexPtr();
+  std::copy_n(outer, m + 1, matrix.outerIndexPtr());
+  resize_in_large_pages(matrix, outer[m]);
+  parallel_chunks(m, 8192, threads, [&](int begin, int end) {
+    std::copy(other.innerIndexPtr() + outer[begin], other.innerIndexPtr() + outer[end],
+              matrix.innerIndexPtr() + outer[begin]);
+  });
+}
+
+void check_pattern(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
+                   const ChosenRows& rows, const Operator& op, const AssemblyOptions& options) {
+  const auto axes = static_cast<std::size_t>(target(scheme.derivative).outputs(cloud.dimension()));
+  if (recipe(scheme).how == How::Programme)
+    throw InvalidInput("the pattern of " + name(scheme) +
+                       " depends on its values: assemble it anew");
+  if (options.on_degenerate == OnDegenerate::Widen)
+    throw InvalidInput("rows of a given pattern cannot be widened: assemble them anew");
+  if (op.axes.size() != axes)
+    throw InvalidInput(name(scheme) + " has " + std::to_string(axes) + " matrices here, not " +
+                       std::to_string(op.axes.size()));
+  for (const SparseMatrix& matrix : op.axes) {
+    bool same = matrix.isCompressed() && matrix.rows() == rows.count &&
+                matrix.cols() == cloud.size() && std::ssize(op.rows.outcome) == rows.count;
+    for (int k = 0; same && k < rows.count; ++k)
+      same = matrix.outerIndexPtr()[k + 1] - matrix.outerIndexPtr()[k] ==
+             near.count(rows.point(k)) + 1;
+    if (!same) throw InvalidInput("the operator was not assembled with these neighbours and rows");
+  }
+}
+
+}  // namespace gradpsi

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <span>
+
+#include "gradpsi/cloud.hpp"
+#include "gradpsi/kernel.hpp"
+#include "operators/basis.hpp"
+#include "operators/positive.hpp"
+#include "schemes/recipe.hpp"
+
+namespace gradpsi {
+
+/// Least squares whose system, its diagonal scaled to 1, has a smaller reciprocal condition number are
+/// refined once, or twice.
+inline constexpr double refined_below = 1e-4, refined_twice_below = 1e-9;
+
+/// How a row was solved.
+struct Solution {
+  double reciprocal_condition = 0;  // see RowReport
+  bool solved = false;
+};
+
+/// One row of an operator, of any scheme, one neighbour after the other as the formulas have it: the slow
+/// way, and the reference. Its memory is used again for the next row.
+template <int D>
+class Row {
+ public:
+  explicit Row(const Kernel& kernel) : kernel_(kernel) {}
+
+  /// Takes up the neighbours of point i within `support`.
+  void gather(const Cloud& cloud, std::span<const int> neighbours, double support,
+              const Eigen::VectorXd& volumes, int i);
+
+  /// Computes the weights a_ij of a scheme; zeros, if it cannot be.
+  Solution solve(const Equations& equations);
+
+  /// a_ij of the last solve(), n x outputs, and their sums.
+  Columns weights() { return weights_.columns(n_, outputs_); }
+  const Eigen::ArrayXd& sums() const { return sums_; }
+
+  /// Writes one of the outputs as row i of a matrix, neighbours ascending, the diagonal in its place.
+  void write(std::span<const int> neighbours, int i, int output, double* entry);
+
+ private:
+  Columns s() { return s_.columns(n_, D); }            // r_ij / h
+  Columns q() { return q_.columns(n_, 1); }            // |r_ij| / h
+  Columns volume() { return volume_.columns(n_, 1); }  // omega_j s_d / h^d
+  Columns weight() { return weight_.columns(n_, 1); }  // omega_j phi(r), but for powers of h
+
+  void weigh(const Equations& equations);
+  Solution given(const Equations& equations);
+  Solution moments(const Equations& equations);
+  Solution least_squares(const Equations& equations);
+  Solution positive();
+  Eigen::MatrixXd targets(const Equations& equations) const;
+  void combine(const Columns& t, const Eigen::MatrixXd& C);
+
+  Kernel kernel_;
+  int n_ = 0;        // neighbours
+  double h_ = 0;     // support
+  int outputs_ = 0;  // of the last solve()
+  Buffer s_, q_, volume_, weight_, trial_, test_, weighted_, weights_, sum_;
+  PositiveStencil<D> stencil_;
+  Eigen::ArrayXd sums_;
+};
+
+extern template class Row<1>;
+extern template class Row<2>;
+extern template class Row<3>;
+
+}  // namespace gradpsi

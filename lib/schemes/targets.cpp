@@ -1,0 +1,68 @@
+#include "schemes/targets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "base/dispatch.hpp"
+#include "schemes/monomials.hpp"
+
+namespace gradpsi {
+namespace {
+
+std::string axis_name(int axis) { return std::string(1, "xyz"[axis]); }
+
+int sum(std::span<const int> powers) { return std::accumulate(powers.begin(), powers.end(), 0); }
+
+// In the order of Derivative.
+constexpr std::array<Target, 2> table = {{
+    {"gradient",
+     1,
+     {"row sums 0", "row sums 0, sum G r = I [4]",
+      "row sums 0, sum G r = I [4], sum G r r = 0 [5]"},
+     [](int d) { return d; },
+     [](int, int output) { return axis_name(output); },
+     [](int output, std::span<const int> powers) {
+       return sum(powers) == 1 ? 1.0 * powers[output] : 0.0;
+     }},
+    {"laplacian",
+     2,
+     {"row sums 0", "row sums 0, sum psi r = 0 [9]",
+      "row sums 0, sum psi r = 0 [9], sum psi r r = 2 I [10]"},
+     [](int) { return 1; },
+     [](int, int) { return std::string(); },
+     [](int, std::span<const int> powers) {
+       return sum(powers) == 2 && std::ranges::max(powers) == 2 ? 2.0 : 0.0;
+     }},
+}};
+
+}  // namespace
+
+const Target& target(Derivative derivative) {
+  return table.at(static_cast<std::size_t>(derivative));
+}
+
+std::string_view name(Derivative derivative) { return target(derivative).name; }
+
+int order(Derivative derivative) { return target(derivative).order; }
+
+std::vector<std::string> components(Derivative derivative, int dimension) {
+  const Target& row = target(derivative);
+  std::vector<std::string> result(row.outputs(dimension));
+  for (int o = 0; o < std::ssize(result); ++o) result[o] = row.component(dimension, o);
+  return result;
+}
+
+std::vector<Term> terms(const Target& target, int dimension, int degree) {
+  return dispatch(dimension, [&](auto d) {
+    constexpr const auto& monomials = monomial_table<d, highest_degree>;
+    std::vector<Term> result;
+    for (int m = 0; m < monomials_to(d, degree); ++m)
+      for (int o = 0; o < target.outputs(d); ++o)
+        if (const double value = target.of(o, {monomials.powers[m], d}); value != 0)
+          result.push_back({o, m, value});
+    return result;
+  });
+}
+
+}  // namespace gradpsi
