@@ -17,14 +17,11 @@ KNOWN = {
     "long file: lib/io/io.cpp",
     "long file: lib/petsc/partition.cpp",
     "long file: lib/petsc/solver.cpp",
-    "long file: lib/search/neighbours.cpp",
     "long file: lib/solve/solver.cpp",
     "long function: DiffusionSystem in lib/diffusion/diffusion.cpp",
     "long function: State in lib/petsc/diffusion.cpp",
     "long function: bicgstab in lib/solve/krylov.cpp",
     "long function: diagnose in lib/diagnosis/diagnosis.cpp",
-    "long function: find in lib/search/neighbours.cpp",
-    "long function: growth_and_cure in apps/studies/failures.cpp",
     "long function: multiply_symmetric in lib/matrix/spmv.cpp",
     "long function: orders_of_least_squares in apps/studies/failures.cpp",
     "long function: read_matrix_market in lib/io/io.cpp",
@@ -48,7 +45,6 @@ KNOWN = {
     "program: benchmarks/spmv.cpp includes ../lib/base/memory.hpp",
     "program: benchmarks/spmv.cpp includes ../lib/base/parallel.hpp",
     "tied: nlohmann/ in apps",
-    "upward: lib/cloud/cloud.cpp includes gradpsi/neighbours.hpp",
     "upward: lib/diagnosis/diagnosis.cpp includes operators/basis.hpp",
 }
 

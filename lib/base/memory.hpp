@@ -1,6 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
+#include <mutex>
+#include <utility>
 #include <vector>
 
 #include "gradpsi/matrix.hpp"
@@ -48,6 +52,28 @@ class LaneMemory {
 
  private:
   std::vector<double> memory_;
+};
+
+/// Memory for integers that threads take pieces of; it stays where it is until the end.
+class Slabs {
+ public:
+  int* take(std::size_t count) {
+    const std::lock_guard lock(mutex_);
+    if (slabs_.empty() || used_ + count > capacity_) {
+      // Few points should not take much, many not often.
+      capacity_ =
+          std::max(count, std::clamp(2 * capacity_, std::size_t{1} << 14, std::size_t{1} << 22));
+      slabs_.push_back(std::make_unique_for_overwrite<int[]>(capacity_));
+      prefer_large_pages(slabs_.back().get(), capacity_ * sizeof(int));
+      used_ = 0;
+    }
+    return slabs_.back().get() + std::exchange(used_, used_ + count);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<int[]>> slabs_;
+  std::size_t used_ = 0, capacity_ = 0;
 };
 
 }  // namespace gradpsi

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "search/candidates.hpp"
+#include "search/tree.hpp"
+
+namespace gradpsi {
+
+/// Finds the neighbours of all points of a leaf together: the trees are walked once for the leaf's
+/// box widened by the support, and the candidates found, sorted once, are tested for each point.
+template <int D>
+class LeafSearch {
+ public:
+  /// Candidates, in no order, for those of the points from leaf.begin to leaf.end.
+  void gather(const Tree<D>& tree, Leaf leaf, double reach);
+  /// Sorts the candidates by number.
+  void sort();
+
+  struct Found {
+    int count;
+    bool coincides;
+  };
+  /// How many numbers select() can write.
+  int most() const { return count_ + past_end; }
+  /// Writes the neighbours of the point at x, in the candidates' order, unless another point has no
+  /// distance from it.
+  Found select(const Point<D>& x, double support, int* found) const;
+  /// The least squared distance of point i, at x, from another one; infinity if there is none.
+  double nearest_squared(int i, const Point<D>& x) const;
+
+ private:
+  void make_room(int more);
+  void gather(const Tree<D>& tree, const Box<D>& box, const Point<D>& shift);
+  void merge(int begin, int middle, int end);
+
+  int count_ = 0;
+  PointArrays<D> candidates_, sorted_;
+  std::vector<int> runs_;     // where runs of ascending numbers end, after a 0
+  std::vector<int> cells_;    // memory for leaves_in()
+  std::vector<Leaf> leaves_;  // those of one image
+  std::vector<std::uint64_t> keys_, merged_;
+  bool periodic_ = false;
+  CandidateKernels code_ = candidate_kernels(cpu());
+};
+
+}  // namespace gradpsi
