@@ -1,0 +1,71 @@
+#include "io/table.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/text.hpp"
+#include "gradpsi/error.hpp"
+#include "gradpsi/io.hpp"
+
+namespace gradpsi {
+namespace {
+
+Eigen::Index place_of(std::string_view name, const Table& table) {
+  const auto found = std::ranges::find(table.names, name);
+  if (found == table.names.end()) throw_unknown("column", name, table.names);
+  return found - table.names.begin();
+}
+
+void check_length(std::string_view name, const Eigen::VectorXd& column, const Table& table) {
+  if (column.size() != table.values.rows())
+    throw InvalidInput("column '" + std::string(name) + "' has " + std::to_string(column.size()) +
+                       " entries, the table has " + std::to_string(table.values.rows()) + " rows");
+}
+
+}  // namespace
+
+bool Table::has(std::string_view name) const {
+  return std::ranges::find(names, name) != names.end();
+}
+
+Eigen::VectorXd Table::column(std::string_view name) const {
+  return values.col(place_of(name, *this));
+}
+
+void Table::set(std::string_view name, const Eigen::VectorXd& column) {
+  check_length(name, column, *this);
+  values.col(place_of(name, *this)) = column;
+}
+
+void Table::add(const std::string& name, const Eigen::VectorXd& column) {
+  if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
+  if (names.empty()) values.resize(column.size(), 0);
+  check_length(name, column, *this);
+  std::vector<std::string> more = names;  // names and values change together or not at all
+  more.push_back(name);
+  values.conservativeResize(Eigen::NoChange, values.cols() + 1);
+  names.swap(more);
+  values.rightCols<1>() = column;
+}
+
+Table Table::select(const std::vector<int>& rows) const {
+  return {names, values(rows, Eigen::all)};
+}
+
+Cloud make_cloud(const Table& table, CloudOptions options) {
+  const auto dimension = std::ranges::count_if(axis_names, [&](auto a) { return table.has(a); });
+  Positions x(table.values.rows(), std::max<std::ptrdiff_t>(dimension, 1));
+  // With k coordinates these are the first k, so that a z without y is an unknown column y.
+  for (Eigen::Index a = 0; a < x.cols(); ++a) {
+    const Eigen::VectorXd column = table.column(axis_names[a]);
+    if (column.size() > 0) x.col(a) = column;  // without points there is no memory to point into
+  }
+  if (table.has("volume")) options.volumes = table.column("volume");
+  return Cloud(std::move(x), std::move(options));
+}
+
+Cloud read_cloud(const std::filesystem::path& file) { return make_cloud(read_csv(file)); }
+
+}  // namespace gradpsi
