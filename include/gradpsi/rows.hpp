@@ -30,8 +30,10 @@ struct RowDiagnosis {
 /// @param scheme  what `op` was assembled with; lowered rows are judged by what they still promise
 /// @param cloud   n points
 /// @param op      all n rows of `scheme` on `cloud`, as assemble() returned them
-/// @throws InvalidInput  if sizes disagree
-RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op);
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if sizes disagree or `threads` is out of range
+RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op,
+                      int threads = 0);
 
 /// A bound of the error at each point (n), by Taylor's theorem about the point: the least over
 /// l = max(P, q) + 1 .. K + 1 of

@@ -47,6 +47,8 @@ struct Forecast {
 /// @param laplacian  n x n, of `cloud`'s points
 /// @param points     those that evolve, ascending; the others are fixed
 /// @param volumes    n, those of the operator
+/// @throws InvalidInput  if sizes disagree or `points` do not ascend
+/// @throws SolverError   if the eigenvalues of a block do not converge
 Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::vector<int>& points,
                   const Eigen::VectorXd& volumes);
 
@@ -69,9 +71,11 @@ struct Spectrum {
 /// @param volumes         n: a matrix that is symmetric after scaling by them is treated as such, which is
 ///   faster and more accurate; empty: not looked at
 /// @param complete_below  the most rows of a matrix all of whose eigenvalues are wanted
-/// @throws SolverError  if the iteration does not converge
+/// @param threads         0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if sizes disagree or `threads` is out of range
+/// @throws SolverError   if the iteration does not converge
 Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes = {},
-                  int complete_below = 2000);
+                  int complete_below = 2000, int threads = 0);
 
 /// Explicit methods for du/dt = nu A u.
 enum class Stepper { Euler, RungeKutta4 };

@@ -1,0 +1,24 @@
+#include "diagnosis/eigenvalues.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include "gradpsi/error.hpp"
+
+namespace gradpsi {
+
+Eigen::VectorXcd eigenvalues(const SparseMatrix& A) {
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(A), false);
+  if (solver.info() != Eigen::Success) throw SolverError("the eigenvalues did not converge");
+  return solver.eigenvalues();
+}
+
+Eigen::VectorXd eigenvalues(const SparseMatrix& A, const Eigen::VectorXd& volumes) {
+  // diag(v)^(1/2) A diag(v)^(-1/2) has the eigenvalues of A.
+  const Eigen::VectorXd root = volumes.cwiseSqrt();
+  const Eigen::MatrixXd symmetric =
+      root.asDiagonal() * Eigen::MatrixXd(A) * root.cwiseInverse().asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+}  // namespace gradpsi
