@@ -62,7 +62,7 @@ Eigen::VectorXd promised_residuals(const Scheme& scheme, const gradpsi::Operator
 Findings examine(const InspectOptions& options, const Problem& problem) {
   const gradpsi::Operator& op = problem.op;
   const int n = problem.cloud.size(), d = problem.cloud.dimension();
-  Findings f(options.scheme, gradpsi::diagnose(options.scheme, problem.cloud, op));
+  Findings f(options.scheme, gradpsi::diagnose(options.scheme, problem.cloud, op, options.threads));
   f.residual = promised_residuals(f.scheme, op, f.rows, d);
   if (n > 0) f.spacing = std::pow(op.volumes.mean(), 1.0 / d);
   const Eigen::VectorXd fixed = options.fixed.empty()
@@ -75,7 +75,7 @@ Findings examine(const InspectOptions& options, const Problem& problem) {
   const Eigen::VectorXd volumes = op.volumes(f.evolving);
   f.matrix = gradpsi::summarise(A, volumes);
   f.forecast = forecast(problem.cloud, op.matrix(), f.evolving, op.volumes);
-  if (options.spectrum) f.spectrum = gradpsi::spectrum(A, volumes);
+  if (options.spectrum) f.spectrum = gradpsi::spectrum(A, volumes, 2000, options.threads);
   return f;
 }
 

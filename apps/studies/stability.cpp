@@ -95,7 +95,7 @@ Result result(const Case& c, const StudyOptions& options) {
 
   Result r;
   r.points = cloud.size();
-  const auto rows = diagnose(c.scheme, cloud, op);
+  const auto rows = diagnose(c.scheme, cloud, op, 1);
   const Field field = periodic_field(cloud.positions(), std::max(degree(c.scheme), 2) + 3);
   const Eigen::VectorXd error = (op.matrix() * field.u - field.laplacian).cwiseAbs();
   const Eigen::VectorXd bound = error_bound(rows, field.bounds);
@@ -118,7 +118,7 @@ Result result(const Case& c, const StudyOptions& options) {
   r.negative_share = weights > 0 ? negative / weights : 0;
   r.error_l2 = evolving > 0 ? std::sqrt(squares / evolving) : 0;
   const auto values =
-      gradpsi::spectrum(gradpsi::principal_part(op.matrix(), points), op.volumes(points));
+      gradpsi::spectrum(gradpsi::principal_part(op.matrix(), points), op.volumes(points), 2000, 1);
   const double unit = 1.0 / (side * side);  // dx^2
   r.max_real = values.rightmost() * unit;
   r.min_real = values.leftmost() * unit;

@@ -61,7 +61,12 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
                 const AssemblyOptions& options = {});
 
 /// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
-/// @throws InvalidInput  if `near` belongs to another number of points, or a volume is beyond a double
+/// @param cloud    n points
+/// @param near     their neighbours
+/// @param kernel   W
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if `near` belongs to another number of points, `threads` is out of range, or a volume
+///   is beyond a double
 Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                        const Kernel& kernel = kernels().front(), int threads = 0);
 

@@ -44,7 +44,8 @@ class Cloud {
   /// (mean volume)^(1/d) when there are volumes, else the median distance to the nearest neighbour
   /// (a length; computed at each call with a k-d tree, n log n).
   /// @param threads  0: as many as OpenMP offers
-  /// @throws InvalidInput  without volumes and with fewer than two points, or if most coincide
+  /// @throws InvalidInput  without volumes and with fewer than two points, or if most coincide; if `threads`
+  ///   is out of range
   double spacing(int threads = 0) const;
 
  private:
@@ -68,6 +69,7 @@ struct Reordered {
 /// with matrices of points that came in random order take several times as long. n log n.
 /// @param cloud    n points in any order
 /// @param threads  0: as many as OpenMP offers
+/// @throws InvalidInput  if `threads` is out of range
 Reordered reorder(const Cloud& cloud, int threads = 0);
 
 /// A jittered lattice for studies: points at the centres of equal cells.

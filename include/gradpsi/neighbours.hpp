@@ -38,7 +38,7 @@ struct Neighbours {
 /// @param cloud    n points
 /// @param support  h > 0 (a length), in periodic directions at most half the box
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
-/// @throws InvalidInput  if h is out of range; if points coincide (names the first pair and the
+/// @throws InvalidInput  if h or `threads` is out of range; if points coincide (names the first pair and the
 ///   count); if most points have no neighbour (gives the median nearest distance); if there would
 ///   be more entries than an int can count (gives the bytes it would take)
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
@@ -61,6 +61,8 @@ Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
                            const std::vector<int>& rows, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
+/// @param cloud    n points
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if `threads` is out of range
 Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads = 0);
 

@@ -14,8 +14,8 @@ namespace gradpsi {
 /// number of threads. Matrices must be compressed, as assemble() makes them, x finite for a finite result;
 /// nothing is allocated once results have their size. `threads` 0: as many as OpenMP offers.
 ///
-/// @throws InvalidInput  (all of them) if sizes disagree, a matrix is not compressed, or a result is an
-///   argument at the same time
+/// @throws InvalidInput  (all of them) if sizes disagree, a matrix is not compressed, `threads` is out of
+///   range, or a result is an argument at the same time
 /// @{
 
 /// y = A x.

@@ -49,15 +49,16 @@ With q = 1 for gradients, 2 for Laplacians, P the scheme's degree, K = max(P, q)
 void bind_errors_of_rows(py::module_& m) {
   m.def(
       "diagnose",
-      [](const SchemeLike& what, const Cloud& cloud, const Operator& op) {
+      [](const SchemeLike& what, const Cloud& cloud, const Operator& op, int threads) {
         const Scheme one = scheme(what);
-        return without_gil([&] { return diagnose(one, cloud, op); });
+        return without_gil([&] { return diagnose(one, cloud, op, threads); });
       },
-      py::arg("scheme"), py::arg("cloud"), py::arg("op"),
+      py::arg("scheme"), py::arg("cloud"), py::arg("op"), py::arg("threads") = 0,
       R"(What the entries of `op`, all n rows of `scheme` on `cloud`, tell about each row: a
 RowDiagnosis.
 
-Raises InvalidInput if sizes disagree.)");
+threads: 0: as many as OpenMP offers; the result does not depend on it.
+Raises InvalidInput if sizes disagree or threads is out of range.)");
   m.def(
       "error_bound",
       [](const RowDiagnosis& rows, const ArrayLike& derivatives) {
@@ -140,18 +141,20 @@ void bind_spectrum(py::module_& m) {
       .def_property_readonly("grows", &Spectrum::grows, "rightmost > zero");
   m.def(
       "spectrum",
-      [](const SparseLike& matrix, const ArrayLike& volumes, int complete_below) {
+      [](const SparseLike& matrix, const ArrayLike& volumes, int complete_below, int threads) {
         const SparseMatrix A = sparse(matrix, "matrix");
         const Eigen::VectorXd omega = optional_vector(volumes, "volumes", A.rows());
-        return without_gil([&] { return spectrum(A, omega, complete_below); });
+        return without_gil([&] { return spectrum(A, omega, complete_below, threads); });
       },
       py::arg("matrix"), py::arg("volumes") = py::none(), py::kw_only(),
-      py::arg("complete_below") = 2000, R"(Eigenvalues of a scipy.sparse matrix: a Spectrum.
+      py::arg("complete_below") = 2000, py::arg("threads") = 0,
+      R"(Eigenvalues of a scipy.sparse matrix: a Spectrum.
 
 Up to complete_below rows (at least 100) all of them, O(n^3); else the rightmost and the
 leftmost, to 1e-7 of their distance.
 volumes: n: a matrix that is symmetric after scaling by them is treated as such, faster and more
   accurately.
+threads: 0: as many as OpenMP offers; the result does not depend on it.
 Of points that are not fixed: spectrum(A[free][:, free], volumes[free]).
 Raises SolverError if the iteration does not converge.)");
 }

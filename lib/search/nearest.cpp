@@ -44,12 +44,14 @@ Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
 }  // namespace
 
 Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {
+  checked_threads(threads);
   return dispatch(cloud.dimension(),
                   [&](auto d) { return nearest<decltype(d)::value>(cloud, threads); });
 }
 
 // Here, so that a cloud need not know about a search.
 double Cloud::spacing(int threads) const {
+  checked_threads(threads);
   if (has_volumes()) {
     Sum sum;
     for (const double volume : volumes_) sum += volume;

@@ -1,12 +1,15 @@
 """gradpsi inspect."""
 
 import json
+import os
+import re
+import subprocess
 import unittest
 
 import numpy as np
 import scipy.io
 
-from program import ProgramTest
+from program import PROGRAM, ProgramTest
 
 
 class Inspect(ProgramTest):
@@ -36,6 +39,20 @@ class Inspect(ProgramTest):
         found = json.loads(self.path("r.json").read_text())["inspection"]["spectrum"]
         np.testing.assert_allclose([found["rightmost"], found["leftmost"]],
                                    [values.real.max(), values.real.min()], rtol=1e-9)
+
+    def test_no_more_threads_are_started_than_asked_for(self):
+        # Above 2,000 rows the spectrum is iterated. OpenMP says of every team how many threads it has.
+        points = self.square(46)
+        environment = {**os.environ, "OMP_NUM_THREADS": "4", "OMP_DISPLAY_AFFINITY": "TRUE",
+                       "OMP_AFFINITY_FORMAT": "a team of %N"}
+        for threads in [1, 3]:
+            done = subprocess.run(
+                [PROGRAM, "inspect", points, "--scheme", "laplacian-mixed-zoc", "--support-ratio", "2.5", "--spectrum",
+                 "--threads", str(threads)],
+                env=environment, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            teams = [int(size) for size in re.findall(r"a team of (\d+)", done.stderr)]
+            self.assertEqual(max(teams, default=1), threads)
 
 
 if __name__ == "__main__":

@@ -294,7 +294,9 @@ class RowDiagnosis:
     def remainders(self) -> _Doubles: ...
 
 def warnings(cloud: Cloud, near: Neighbours, *, threads: int = 0) -> list[str]: ...
-def diagnose(scheme: Scheme | str, cloud: Cloud, op: Operator) -> RowDiagnosis: ...
+def diagnose(
+    scheme: Scheme | str, cloud: Cloud, op: Operator, threads: int = 0
+) -> RowDiagnosis: ...
 def error_bound(rows: RowDiagnosis, derivatives: ArrayLike) -> _Doubles: ...
 
 class MatrixSummary:
@@ -346,7 +348,11 @@ class Spectrum:
     def grows(self) -> bool: ...
 
 def spectrum(
-    matrix: scipy.sparse.spmatrix, volumes: ArrayLike | None = None, *, complete_below: int = 2000
+    matrix: scipy.sparse.spmatrix,
+    volumes: ArrayLike | None = None,
+    *,
+    complete_below: int = 2000,
+    threads: int = 0,
 ) -> Spectrum: ...
 def largest_stable_step(
     spectrum: Spectrum, stepper: Literal["euler", "runge-kutta-4"]
