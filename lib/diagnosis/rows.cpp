@@ -12,6 +12,7 @@
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
 #include "gradpsi/error.hpp"
+#include "schemes/targets.hpp"
 
 namespace gradpsi {
 namespace {
@@ -19,24 +20,14 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding = std::numeric_limits<double>::epsilon() / 2;
 
-int derivative_order(const Scheme& scheme) {
-  return scheme.derivative == Derivative::Gradient ? 1 : 2;
-}
-
 double factorial(int k) { return k < 2 ? 1 : k * factorial(k - 1); }
 
-/// Of a monomial of degree k in D dimensions: its factors, and what its moment is to be.
+/// A monomial in D dimensions.
 template <int D>
 struct Monomial {
   int degree;
   double count;  // of the tensor's entries that are this one, k! / alpha!
   std::array<int, D> alpha;
-  /// What the derivative along `axis`, or the Laplacian, makes of it at 0.
-  double target(const Scheme& scheme, int axis) const {
-    if (degree != derivative_order(scheme)) return 0;
-    if (scheme.derivative == Derivative::Gradient) return alpha[axis];
-    return 2 * (std::ranges::max(alpha) == 2);
-  }
 };
 
 template <int D>
@@ -82,13 +73,13 @@ class RowSums {
     }
   }
 
-  /// By degree, 0 to K.
-  Eigen::RowVectorXd residuals(const Scheme& scheme, int axis) const {
+  /// By degree, 0 to K, for the output `axis` of a target.
+  Eigen::RowVectorXd residuals(const Target& target, int axis) const {
     const auto K = sizes_.size() - 2;
     Eigen::RowVectorXd residuals = Eigen::RowVectorXd::Zero(K + 1);
     residuals[0] = std::abs(sum_) + (entries_ + 1) * rounding * (sizes_[0] + diagonal_);
     for (std::size_t m = 0; m < basis_.size(); ++m) {
-      const double off = moments_[m] - basis_[m].target(scheme, axis);
+      const double off = moments_[m] - target.of(axis, basis_[m].alpha);
       residuals[basis_[m].degree] += basis_[m].count * off * off;
     }
     for (int k = 1; k <= K; ++k) residuals[k] = std::sqrt(residuals[k]) / factorial(k);
@@ -127,7 +118,7 @@ class RowSums {
 
 template <int D>
 RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op, int threads) {
-  const int n = cloud.size(), q = derivative_order(scheme), K = std::max(degree(scheme), q) + 2;
+  const int n = cloud.size(), q = order(scheme.derivative), K = std::max(degree(scheme), q) + 2;
   RowDiagnosis rows{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
                     Eigen::MatrixXd::Zero(n, K + 1), Eigen::MatrixXd::Zero(n, K + 2)};
   parallel_chunks(n, 512, threads, [&, row = RowSums<D>(cloud, K)](int begin, int end) mutable {
@@ -136,7 +127,8 @@ RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& 
       int negative = 0, weights = 0;
       for (int axis = 0; axis < std::ssize(op.axes); ++axis) {
         row.add_up(op.axes[axis], i);
-        rows.residuals.row(i) = rows.residuals.row(i).cwiseMax(row.residuals(scheme, axis));
+        rows.residuals.row(i) =
+            rows.residuals.row(i).cwiseMax(row.residuals(target(scheme.derivative), axis));
         rows.remainders.row(i) = rows.remainders.row(i).cwiseMax(row.sizes());
         rows.amplification[i] = std::max(rows.amplification[i], std::pow(dx, q) * row.sizes()[0]);
         negative += row.negative();
