@@ -27,20 +27,24 @@ double one_norm(const Eigen::MatrixXd& A) {
 Inverse invert_definite(const Eigen::MatrixXd& A) {
   const Eigen::LLT<Eigen::MatrixXd> factor(A);
   if (factor.info() != Eigen::Success) return {{}, 0};
-  return judged(A, factor.solve(Eigen::MatrixXd::Identity(A.rows(), A.cols())));
+  // Of A = L L^T the inverse is L^-T L^-1, of which half is enough.
+  const Eigen::MatrixXd half =
+      factor.matrixL().solve(Eigen::MatrixXd::Identity(A.rows(), A.cols()));
+  Eigen::MatrixXd inverse(A.rows(), A.cols());
+  inverse.triangularView<Eigen::Lower>() = half.transpose() * half;
+  inverse.triangularView<Eigen::StrictlyUpper>() = inverse.transpose();
+  return judged(A, std::move(inverse));
 }
 
 Inverse invert_general(const Eigen::MatrixXd& A) { return judged(A, A.partialPivLu().inverse()); }
 
 Eigen::MatrixXd moments(const Columns& weight, const Columns& p, const Columns& t,
                         Columns weighted) {
-  const bool symmetric = p.data() == t.data();
-  const Eigen::Index m = t.cols();
   weighted = p.colwise() * weight.col(0);
-  Eigen::MatrixXd A(m, m);
-  for (Eigen::Index l = 0; l < m; ++l)
-    for (Eigen::Index k = 0; k < m; ++k)
-      A(k, l) = symmetric && k < l ? A(l, k) : (weighted.col(k) * t.col(l)).sum();
+  if (p.data() != t.data()) return weighted.matrix().transpose().lazyProduct(t.matrix());
+  Eigen::MatrixXd A(t.cols(), t.cols());
+  A.triangularView<Eigen::Lower>() = weighted.matrix().transpose() * t.matrix();
+  A.triangularView<Eigen::StrictlyUpper>() = A.transpose();
   return A;
 }
 

@@ -1,10 +1,11 @@
 #include "operators/positive.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+
+#include "operators/inverse.hpp"
 
 namespace gradpsi {
 namespace {
@@ -13,11 +14,6 @@ namespace {
 constexpr double tolerance = 1e-12;      // of values and costs
 constexpr double smallest_pivot = 1e-9;  // what is below comes from rounding
 constexpr int patience = 20;             // pivots per equation before ties could mean a cycle
-
-template <class Matrix>
-double one_norm(const Matrix& A) {
-  return A.cwiseAbs().colwise().sum().maxCoeff();
-}
 
 }  // namespace
 
@@ -133,8 +129,9 @@ double PositiveStencil<D>::solve(const Columns& s, const Columns& q, Columns psi
     Matrix basis = Matrix::Identity();
     for (int row = 0; row < m; ++row)
       if (basis_[row] >= 0) basis.col(row) = rows.row(basis_[row]).template head<m>().matrix();
-    const Matrix inverse = basis.partialPivLu().inverse();
-    const double condition = one_norm(basis) * one_norm(inverse);
+    Matrix inverse = basis;
+    if (!invert_general<m>(inverse)) return 0;
+    const double condition = one_norm<m>(basis) * one_norm<m>(inverse);
     if (!std::isfinite(condition)) return 0;
     value_ = inverse * rhs;
     value_ += inverse * (rhs - basis * value_);

@@ -42,7 +42,7 @@ Solution Row<D>::solve(const Equations& equations) {
   sums_.setZero(outputs_);
   weights().setZero();
   if (n_ == 0) return {};
-  weigh(equations);
+  if (equations.how != How::Programme) weigh(equations);
   Solution solution;
   switch (equations.how) {
     case How::Given: solution = given(equations); break;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <span>
 
 #include "gradpsi/cloud.hpp"

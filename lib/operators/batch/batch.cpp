@@ -11,7 +11,7 @@ namespace {
 
 template <int D, int W>
 void high_degree(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row,
-                 const Workspace& work) {
+                 Workspace work) {
   switch (system.degree) {
     case 3: return least_squares<D, 3, W>(system, batch, row, work);
     case 4: return least_squares<D, 4, W>(system, batch, row, work);

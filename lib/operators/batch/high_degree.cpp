@@ -25,7 +25,7 @@ struct ProductTable {
 
 /// The monomials up to degree P in the first columns and, with the weights, in as many behind them.
 template <int D, int P, int W>
-void fill_monomials(const Entries<D>& row, const Workspace& work, bool weighted) {
+void fill_monomials(Entries<D> row, Workspace work, bool weighted) {
   using V = Lanes<W>;
   constexpr const auto& table = monomial_table<D, P>;
   for (int k = 0; k < row.padded; k += W) {
@@ -65,8 +65,8 @@ template <int W>
 
 /// Adds weight times the combination c of the monomials, in the first columns, to `a`.
 template <int D, int M, int W>
-[[gnu::always_inline]] inline void combine(const Entries<D>& row, const Workspace& work,
-                                           const Lanes<W>* c, int lane, double* a) {
+[[gnu::always_inline]] inline void combine(Entries<D> row, Workspace work, const Lanes<W>* c,
+                                           int lane, double* a) {
   using V = Lanes<W>;
   for (int k = 0; k < row.padded; k += W) {
     V s0{}, s1{};
@@ -83,7 +83,7 @@ template <int D, int M, int W>
 /// The inverses of the moment matrices of W rows; which of them are good.
 template <int D, int P, int W>
 [[gnu::always_inline]] inline auto inverse_moments(const BatchSystem& system, const Batch<W>& batch,
-                                                   const Entries<D>* row, const Workspace& work,
+                                                   const Entries<D>* row, Workspace work,
                                                    LaneMatrix<Lanes<W>, monomial_count<D, P>>& A,
                                                    Lanes<W>& reciprocal) {
   using V = Lanes<W>;
@@ -109,7 +109,7 @@ template <int D, int P, int W>
 
 /// Row r's weights in one of its matrices.
 template <int M>
-double* weights(const Workspace& work, int outputs, int r, int output) {
+double* weights(Workspace work, int outputs, int r, int output) {
   return work.column(2 * M + r * outputs + output);
 }
 
@@ -117,7 +117,7 @@ double* weights(const Workspace& work, int outputs, int r, int output) {
 /// of the first still lack.
 template <int D, int P, int W>
 [[gnu::always_inline]] inline void fill_weights(
-    const Batch<W>& batch, const Entries<D>* row, const Workspace& work, int outputs,
+    const Batch<W>& batch, const Entries<D>* row, Workspace work, int outputs,
     const LaneMatrix<Lanes<W>, monomial_count<D, P>>& inverse,
     const Lanes<W> (&target)[most_outputs][monomial_count<D, P>]) {
   using V = Lanes<W>;
@@ -149,7 +149,7 @@ template <int D, int P, int W>
 
 /// Copies a row's weights to their place and writes the diagonal. Returns whether all is finite.
 template <int D, int W>
-[[gnu::always_inline]] inline bool write(const Entries<D>& row, const double* a, double* value) {
+[[gnu::always_inline]] inline bool write(Entries<D> row, const double* a, double* value) {
   Lanes<W> sum{};
   for (int n = 0; n < row.padded; n += W) sum += load<W>(a + n);
   for (int n = 0; n < row.count; ++n) value[n] = a[n];
@@ -162,7 +162,7 @@ template <int D, int W>
 
 template <int D, int P, int W>
 void least_squares(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row,
-                   const Workspace& work) {
+                   Workspace work) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
   const int outputs = system.outputs;
@@ -187,7 +187,7 @@ void least_squares(const BatchSystem& system, const Batch<W>& batch, const Entri
 
 #define INSTANTIATE(D, P)                           \
   template void least_squares<D, P, GRADPSI_LANES>( \
-      const BatchSystem&, const Batch<GRADPSI_LANES>&, const Entries<D>*, const Workspace&);
+      const BatchSystem&, const Batch<GRADPSI_LANES>&, const Entries<D>*, Workspace);
 INSTANTIATE(1, 3)
 INSTANTIATE(1, 4)
 INSTANTIATE(1, 5)

@@ -9,8 +9,7 @@ namespace {
 
 /// Adds weight times the monomials of degree Low to High to `sum`, which has one place for each.
 template <int D, int Low, int High, int W>
-[[gnu::always_inline]] inline void accumulate(const Entries<D>& row, const double* weight,
-                                              Lanes<W>* sum) {
+[[gnu::always_inline]] inline void accumulate(Entries<D> row, const double* weight, Lanes<W>* sum) {
   using V = Lanes<W>;
   constexpr int first = monomial_count<D, Low - 1>, size = monomial_count<D, High>;
   V total[size - first] = {};
@@ -36,7 +35,7 @@ struct Moments {
   static constexpr int count = plain + over;
 
   template <int W>
-  [[gnu::always_inline]] static void gather(const Entries<D>& row, Lanes<W>* sums) {
+  [[gnu::always_inline]] static void gather(Entries<D> row, Lanes<W>* sums) {
     if constexpr (high == 4 && D == 3) {  // all at once would not fit the registers
       accumulate<D, 2, 3, W>(row, row.weight, sums);
       accumulate<D, 4, 4, W>(row, row.weight, sums + monomial_count<D, 3> - D);
@@ -68,7 +67,7 @@ struct Moments {
 /// Writes one row of up to D + 1 matrices, c[o] . t(s_j) weighted, and the diagonals.
 /// Returns whether all is finite.
 template <int D, Form form, int P, int outputs, int W>
-[[gnu::always_inline]] inline bool emit(const Entries<D>& row, const double (*c)[9],
+[[gnu::always_inline]] inline bool emit(Entries<D> row, const double (*c)[9],
                                         double* const* value) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
@@ -106,8 +105,7 @@ template <int D, Form form, int P, int outputs, int W>
 
 /// The weights of Form::Constant are phi itself.
 template <int D, int W>
-[[gnu::always_inline]] inline bool emit_weights(const Entries<D>& row, double factor,
-                                                double* value) {
+[[gnu::always_inline]] inline bool emit_weights(Entries<D> row, double factor, double* value) {
   using V = Lanes<W>;
   V sum{};
   for (int k = 0; k < row.padded; k += W) {
@@ -125,7 +123,7 @@ template <int D, int W>
 
 /// Writes all outputs, D + 1 of them in one pass over the entries.
 template <int D, Form form, int P, int W>
-[[gnu::always_inline]] inline bool emit_all(const BatchSystem& system, const Entries<D>& row,
+[[gnu::always_inline]] inline bool emit_all(const BatchSystem& system, Entries<D> row,
                                             const double (*c)[9], int entry) {
   bool finite = true;
   for (int o = 0; o < system.outputs;) {
