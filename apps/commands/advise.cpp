@@ -1,12 +1,164 @@
-// gradpsi advise: its options; studies/advise.cpp is what it does.
+// gradpsi advise: which scheme and support to take for the points of a file.
+//
+// Every scheme of the wanted derivative is tried with five supports on the user's own points: on waves of the
+// given length, in every direction of a few, at a sample of the points. The cheapest one whose error is at
+// most the tolerance, and that is stable where it is to be stepped in time, is named.
 
-#include "studies/advise.hpp"
-
+#include <algorithm>
+#include <cmath>
+#include <iostream>
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
+#include "commands/advice.hpp"
+#include "common/columns.hpp"
+#include "common/operator_options.hpp"
+#include "studies/candidates.hpp"
 
 namespace gradpsi::apps {
+
+namespace {
+
+using namespace candidates;
+
+struct AdviseOptions : OperatorOptions {
+  std::string derivative, use = "derivative", fixed;
+  double tolerance = 0;
+  std::optional<double> wavelength;
+  int sample = 2000;
+  bool check = false;
+
+  Use what_for() const {
+    return use == "derivative" ? Use::Derivative
+           : use == "explicit" ? Use::Explicit
+                               : Use::Implicit;
+  }
+  Derivative which() const {
+    return derivative == "laplacian" ? Derivative::Laplacian : Derivative::Gradient;
+  }
+};
+
+/// The column of a user's field, if there is one.
+std::string field_column(const Table& table, const std::string& fixed) {
+  const auto is_field = [&](const std::string& column) {
+    return column != "x" && column != "y" && column != "z" && column != "volume" && column != fixed;
+  };
+  const auto found = std::ranges::find_if(table.names, is_field);
+  return found == table.names.end() ? "COLUMN" : *found;
+}
+
+/// The options that say what the points are.
+std::string points_options(const AdviseOptions& options, int dimension) {
+  std::string out;
+  if (options.kernel != kernels().front().name) out += " --kernel " + options.kernel;
+  if (options.volume) out += " --volume " + text(*options.volume);
+  if (std::ranges::any_of(options.periodic, [](double l) { return l > 0; })) {
+    out += " --periodic ";
+    for (int a = 0; a < dimension; ++a) out += (a > 0 ? "," : "") + text(options.periodic[a]);
+  }
+  if (options.duplicates != "error") out += " --duplicates " + options.duplicates;
+  return out;
+}
+
+/// The command line that uses the advice.
+std::string command(const AdviseOptions& options, const Problem& problem, const Candidate& c) {
+  const Use use = options.what_for();
+  const std::string name_of_field = " --field " + field_column(problem.table, options.fixed);
+  std::string out = std::string("gradpsi ") +
+                    (use == Use::Implicit   ? "diffuse "
+                     : use == Use::Explicit ? "assemble "
+                                            : "derive ") +
+                    options.points.string();
+  if (use != Use::Explicit) out += name_of_field;
+  out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.support_ratio) +
+         points_options(options, problem.cloud.dimension());
+  if (c.widened > 0 || c.scheme.consistency == Consistency::Positive)
+    out += " --on-degenerate widen";
+  if (use == Use::Implicit && !options.fixed.empty()) out += " --fixed " + options.fixed;
+  if (use == Use::Implicit) out += " --time-step DT --steps N";
+  return out + (use == Use::Explicit ? " -o OUT.mtx" : " -o OUT.vtu");
+}
+
+void check(const AdviseOptions& options, const Problem& problem) {
+  if (!(options.tolerance > 0 && std::isfinite(options.tolerance)))
+    throw InvalidInput("--tolerance must be > 0 and finite, not " + text(options.tolerance));
+  if (problem.table.has("support"))
+    throw InvalidInput(options.points.string() +
+                       " has a column 'support': there is no support left to choose");
+  if (problem.cloud.size() < 2) throw InvalidInput("advice needs two points at least");
+}
+
+/// As asked for, or the extent of the points, that of the box where it is periodic.
+double wavelength(const AdviseOptions& options, const Cloud& cloud, double spacing) {
+  double extent = 0;
+  for (int a = 0; a < cloud.dimension(); ++a) {
+    const auto x = cloud.positions().col(a);
+    const double period = cloud.box()[a];
+    extent = std::max(extent, period > 0 ? period : x.maxCoeff() - x.minCoeff());
+  }
+  const double length = options.wavelength.value_or(extent);
+  if (!(length > 0 && std::isfinite(length)))
+    throw InvalidInput("--wavelength must be > 0 and finite, not " + text(length));
+  if (length < 2 * spacing)
+    throw InvalidInput("waves of length " + text(length) + " are shorter than two spacings, " +
+                       text(2 * spacing) + ": these points cannot tell them from longer ones");
+  return length;
+}
+
+/// The points without a fixed value.
+std::vector<int> evolving_points(const AdviseOptions& options, const Problem& problem) {
+  const int n = problem.cloud.size();
+  const Eigen::VectorXd fixed = options.fixed.empty()
+                                    ? Eigen::VectorXd(Eigen::VectorXd::Zero(n))
+                                    : finite_column(problem.table, problem.cloud, options.fixed);
+  std::vector<int> evolving;
+  for (int i = 0; i < n; ++i)
+    if (fixed[i] == 0) evolving.push_back(i);
+  if (evolving.empty()) throw InvalidInput("all points are fixed");
+  return evolving;
+}
+
+Trial make_trial(const AdviseOptions& options, const Problem& problem) {
+  const Cloud& cloud = problem.cloud;
+  const double spacing = cloud.spacing(options.threads);
+  const double length = wavelength(options, cloud, spacing);
+  Trial trial{.derivative = options.which(),
+              .use = options.what_for(),
+              .tolerance = options.tolerance,
+              .cloud = cloud,
+              .spacing = spacing,
+              .waves = waves(cloud, length, options.which()),
+              .evolving = evolving_points(options, problem),
+              .sample = {},
+              .assembly = {.kernel = kernel(options.kernel),
+                           .on_degenerate = OnDegenerate::Widen,
+                           .threads = options.threads}};
+  if (!(std::isnormal(trial.waves.scale) && std::isnormal(std::pow(trial.waves.scale, 2))))
+    throw InvalidInput("derivatives of waves of length " + text(length) +
+                       " vanish or are beyond the range of a double");
+  trial.sample = sampled(trial.evolving, options.sample);
+  std::cout << cloud.size() << " points in " << cloud.dimension() << "D, spacing " << text(spacing)
+            << "; waves of length " << text(length) << " (" << cell(length / spacing, "%.4g")
+            << " spacings), at " << trial.sample.size() << " points\n";
+  return trial;
+}
+
+void run(const AdviseOptions& options) {
+  if (options.which() != Derivative::Laplacian && options.what_for() != Use::Derivative)
+    throw BadUsage("--use", "explicit and implicit are about Laplacians");
+  const Problem problem = read_points(options);
+  check(options, problem);
+  const Trial trial = make_trial(options, problem);
+  std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
+  const Candidate* chosen = cheapest(trial, all);
+  std::cout << '\n'
+            << advice(trial, all, chosen, chosen ? command(options, problem, *chosen) : "") << '\n'
+            << table(trial, all, chosen);
+  if (options.check) std::cout << '\n' << comparison(trial, chosen);
+}
+
+}  // namespace
 
 std::function<void()> declare_advise(Options& options) {
   auto wanted = std::make_shared<AdviseOptions>();
@@ -33,7 +185,7 @@ std::function<void()> declare_advise(Options& options) {
                "the sample costs more");
   options.examples(
       "Example: gradpsi advise points.csv --operator laplacian --tolerance 0.01 --use implicit");
-  return [wanted] { advise(*wanted); };
+  return [wanted] { run(*wanted); };
 }
 
 }  // namespace gradpsi::apps

@@ -108,7 +108,7 @@ nlohmann::ordered_json solve(const DiffuseOptions& options, const Stepper& stepp
                              Eigen::VectorXd& u, const std::function<void(int)>& done) {
   const int count = options.steady ? 1 : *options.steps;
   std::optional<Progress> progress;
-  if (stepper.shows_progress) progress.emplace(count, "steps");
+  if (stepper.shows_progress) progress.emplace("steps");
   const auto size = [&](const Eigen::VectorXd& field) {
     return stepper.largest(field.size() > 0 ? field.cwiseAbs().maxCoeff() : 0);
   };
@@ -129,7 +129,7 @@ nlohmann::ordered_json solve(const DiffuseOptions& options, const Stepper& stepp
       throw std::runtime_error(message);
     }
     done(step);
-    if (progress) progress->show(step);
+    if (progress) progress->show(step, count);
   }
   return {{"count", count},
           {"largest_residual", total.residual},

@@ -2,32 +2,35 @@
 
 #include <unistd.h>
 
+#include <functional>
 #include <iostream>
 #include <string>
 #include <utility>
 
 namespace gradpsi::apps {
 
-/// A bar on standard error, if that is a terminal: show(done) as work proceeds, up to the total.
+/// Told how many of how many steps are done, as work proceeds.
+using ShowProgress = std::function<void(int done, int total)>;
+
+/// A bar on standard error, if that is a terminal.
 class Progress {
  public:
-  Progress(int total, std::string unit) : total_(total), unit_(std::move(unit)) {}
+  explicit Progress(std::string unit) : unit_(std::move(unit)) {}
 
   ~Progress() {
     if (filled_ >= 0 && filled_ < 40) std::cerr << '\n';  // an error goes on a line of its own
   }
 
-  void show(int done) {
-    const int filled = static_cast<int>(40.0 * done / total_);
+  void show(int done, int total) {
+    const int filled = static_cast<int>(40.0 * done / total);
     // Steps can take microseconds: the bar is redrawn when it would look different.
-    if (!terminal_ || (done < total_ && filled == filled_)) return;
+    if (!terminal_ || (done < total && filled == filled_)) return;
     filled_ = filled;
     std::cerr << "\r[" << std::string(filled, '#') << std::string(40 - filled, ' ') << "] " << done
-              << " of " << total_ << ' ' << unit_ << (done < total_ ? "" : "\n") << std::flush;
+              << " of " << total << ' ' << unit_ << (done < total ? "" : "\n") << std::flush;
   }
 
  private:
-  const int total_;
   const std::string unit_;
   const bool terminal_ = isatty(STDERR_FILENO) != 0;
   int filled_ = -1;

@@ -1,9 +1,10 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
-#include "../../lib/base/median.hpp"
-#include "../../lib/base/stopwatch.hpp"
+#include "common/median.hpp"
+#include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
 
@@ -11,7 +12,7 @@ namespace gradpsi::apps {
 /// worth. What takes over a fifth of a second is run once.
 template <class Work>
 double median_seconds(const Work& work, double at_least = 0.1) {
-  gradpsi::Stopwatch watch;
+  Stopwatch watch;
   work();
   if (const double once = watch.lap(); once > 0.2) return once;
   std::vector<double> seconds;
@@ -21,7 +22,7 @@ double median_seconds(const Work& work, double at_least = 0.1) {
     seconds.push_back(watch.lap());
     total += seconds.back();
   }
-  return gradpsi::median(Eigen::Map<Eigen::VectorXd>(seconds.data(), std::ssize(seconds)));
+  return median(std::move(seconds));
 }
 
 }  // namespace gradpsi::apps

@@ -1,97 +1,42 @@
-// gradpsi tradeoff: accuracy against cost, for every scheme.
-//
-//     gradpsi tradeoff --quick --out results
-//
-// differentiates u, a product of sin(4x + 1/2), sin(4y + 1), .. on the unit square (line, cube), by every
-// scheme, five supports, six kernels, on regular and jittered lattices of several resolutions, and solves
-// the Dirichlet problem lap u = f whose outermost points are held. Errors are relative to the largest value
-// of the derivative or the solution; times are of one thread unless told otherwise. Expect: uncorrected
-// schemes are cheap and stop at a few per cent; second order goes on from there; higher degrees are the
-// cheapest way to anything below 1e-3, where they are stable.
-
 #include "studies/tradeoff.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <filesystem>
+#include <exception>
 #include <gradpsi/gradpsi.hpp>
-#include <iostream>
-#include <limits>
+#include <tuple>
+#include <utility>
 
-#include "common/progress.hpp"
-#include "common/study.hpp"
+#include "common/columns.hpp"
+#include "common/fields.hpp"
+#include "common/fit.hpp"
 #include "common/timing.hpp"
-#include "studies/failures.hpp"
-#include "studies/tradeoff_gp.hpp"
 
-namespace gradpsi::apps {
+namespace gradpsi::apps::tradeoff {
 
 namespace {
 
-using gradpsi::Cloud;
-using gradpsi::Derivative;
-using gradpsi::Scheme;
-using std::filesystem::path;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr auto sine = TestField::Wave::Sine;
+constexpr TestField field{0, {{{sine, 4, 0.5}, {sine, 4, 1}, {sine, 4, 1.5}}}};
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr std::array<const char*, 2> arrangements = {"regular", "irregular"};
-constexpr double irregular_jitter = 0.2, wave_number = 4;
-
-/// What is measured of one matrix.
-struct Result {
-  Scheme scheme;
-  int kernel, arrangement;
-  double support_ratio;
-  int points;
-  double entries_per_row = 0, bytes_per_point = 0;
-  double l2 = not_a_number, max = not_a_number;                    // of the derivative
-  double solution_l2 = not_a_number, solution_max = not_a_number;  // of the Dirichlet problem
-  double assemble = 0, product = 0, solve = not_a_number;          // seconds a point
-  bool grows = false;  // Laplacians, outermost points held
-
-  bool laplacian() const { return scheme.derivative == Derivative::Laplacian; }
-};
-
-std::vector<int> sides(const StudyOptions& options, bool default_kernel) {
+std::vector<int> sides(const Study& study) {
   static const std::array<std::vector<int>, 3> full = {
       {{40, 160, 640, 2560}, {20, 40, 80, 160}, {8, 12, 18}}};
   static const std::array<std::vector<int>, 3> quick = {{{40, 160}, {16, 32}, {8, 11}}};
-  std::vector<int> all = (options.quick ? quick : full)[options.dimension - 1];
-  if (!default_kernel) all.pop_back();
-  return all;
+  return (study.quick ? quick : full)[study.dimension - 1];
 }
 
-std::vector<double> support_ratios(const StudyOptions& options) {
-  return options.quick ? std::vector{2.5, 3.5} : std::vector{2.0, 2.5, 3.0, 3.5, 4.5};
+std::vector<double> support_ratios(const Study& study) {
+  return study.quick ? std::vector{2.5, 3.5} : std::vector{2.0, 2.5, 3.0, 3.5, 4.5};
 }
 
 /// Degrees 5 and 6 have 55 and 83 unknowns in 3D: more than the neighbours of all but the widest support.
 std::vector<Scheme> studied_schemes(int dimension) {
   std::vector<Scheme> chosen;
-  for (const Scheme& scheme : gradpsi::schemes())
+  for (const Scheme& scheme : schemes())
     if (dimension < 3 || degree(scheme) <= 4) chosen.push_back(scheme);
   return chosen;
-}
-
-/// u, its first derivatives (n x d) and its Laplacian.
-struct Exact {
-  Eigen::VectorXd u;
-  Eigen::MatrixXd gradient;
-  Eigen::VectorXd laplacian;
-};
-Exact exact(const gradpsi::Positions& x) {
-  Eigen::ArrayXXd phase = wave_number * x.array();
-  for (Eigen::Index a = 0; a < x.cols(); ++a) phase.col(a) += 0.5 * static_cast<double>(a + 1);
-  const Eigen::ArrayXXd s = phase.sin();
-  Exact result{s.rowwise().prod(), Eigen::MatrixXd(x.rows(), x.cols()), {}};
-  for (Eigen::Index a = 0; a < x.cols(); ++a) {
-    Eigen::ArrayXXd factors = s;
-    factors.col(a) = wave_number * phase.col(a).cos();
-    result.gradient.col(a) = factors.rowwise().prod();
-  }
-  result.laplacian = -wave_number * wave_number * static_cast<double>(x.cols()) * result.u;
-  return result;
 }
 
 /// Root mean square and maximum over `points`, relative to `scale`.
@@ -110,29 +55,22 @@ struct Scene {
   Cloud cloud;
   Exact exact;
   std::vector<int> inner;
-  gradpsi::FixedValues walls;
+  FixedValues walls;
 };
 
-Scene make_scene(int dimension, int side, int arrangement) {
-  Cloud cloud = make_cloud(gradpsi::Lattice{.dimension = dimension,
-                                            .points_per_side = side,
-                                            .jitter = arrangement == 0 ? 0 : irregular_jitter});
-  Scene scene{cloud, exact(cloud.positions()), inner_points(dimension, side), {}};
-  for (int i = 0, k = 0; i < cloud.size(); ++i)
-    if (k < std::ssize(scene.inner) && scene.inner[k] == i)
-      ++k;
-    else
-      scene.walls.points.push_back(i);
+Scene make_scene(int dimension, int side, Arrangement arrangement) {
+  Cloud cloud = make_cloud(
+      Lattice{.dimension = dimension, .points_per_side = side, .jitter = jitter(arrangement)});
+  Scene scene{cloud, exact(field, cloud.positions()), inner_points(dimension, side), {}};
+  scene.walls.points = others(cloud.size(), scene.inner);
   scene.walls.values = scene.exact.u(scene.walls.points);
   return scene;
 }
 
-void measure_derivative(const Scene& scene, const gradpsi::Operator& op, int threads, Result& r) {
-  const int n = scene.cloud.size();
+void measure_derivative(const Scene& scene, const Operator& op, int threads, Result& r) {
   Eigen::MatrixXd derivative;
-  r.product = median_seconds(
-                  [&] { gradpsi::multiply(op.axes, scene.exact.u, derivative, threads); }, 1e-3) /
-              n;
+  r.product = median_seconds([&] { multiply(op.axes, scene.exact.u, derivative, threads); }, 1e-3) /
+              r.points;
   const Eigen::MatrixXd& known =
       r.laplacian() ? Eigen::MatrixXd(scene.exact.laplacian) : scene.exact.gradient;
   const Eigen::VectorXd error = (derivative - known).rowwise().norm();
@@ -140,202 +78,153 @@ void measure_derivative(const Scene& scene, const gradpsi::Operator& op, int thr
 }
 
 /// lap u = f with the outermost points held; left out where the matrix is singular.
-void measure_solution(const Scene& scene, const gradpsi::Operator& op, int threads, Result& r) {
+void measure_solution(const Scene& scene, const Operator& op, int threads, Result& r) {
   Eigen::MatrixXd u = scene.exact.u;
   u(scene.inner, 0).setZero();
-  gradpsi::Stopwatch watch;
+  Stopwatch watch;
   try {
-    gradpsi::ImplicitDiffusion steady(scene.cloud, op, {.fixed = scene.walls},
-                                      {.time_step = std::numeric_limits<double>::infinity(),
-                                       .source = -scene.exact.laplacian,
-                                       .solver = {.threads = threads}});
+    ImplicitDiffusion steady(
+        scene.cloud, op, {.fixed = scene.walls},
+        {.time_step = infinity, .source = -scene.exact.laplacian, .solver = {.threads = threads}});
     steady.step(u);
   } catch (const std::exception&) {  // singular, or too ill-conditioned to be solved
     return;
   }
-  r.solve = watch.lap() / scene.cloud.size();
+  r.solve = watch.lap() / r.points;
   std::tie(r.solution_l2, r.solution_max) =
       norms((u.col(0) - scene.exact.u).cwiseAbs(), scene.inner, 1);
 }
 
-Result measure(const Scene& scene, const Scheme& scheme, int kernel, int arrangement, double ratio,
-               const gradpsi::Neighbours& near, double search_seconds,
-               const StudyOptions& options) {
-  const int n = scene.cloud.size();
-  Result r{scheme, kernel, arrangement, ratio, n};
-  const gradpsi::AssemblyOptions assembly{.kernel = gradpsi::kernels()[kernel],
-                                          .on_degenerate = gradpsi::OnDegenerate::Widen,
-                                          .threads = options.threads};
-  gradpsi::Operator op;
-  r.assemble = (search_seconds +
-                median_seconds([&] { op = assemble(scheme, scene.cloud, near, assembly); }, 0)) /
-               n;
+/// Completes a result that says which matrix it is of.
+void measure(const Scene& scene, const Neighbours& near, double search_seconds, int threads,
+             Result& r) {
+  const AssemblyOptions options{
+      .kernel = kernels()[r.kernel], .on_degenerate = OnDegenerate::Widen, .threads = threads};
+  Operator op;
+  const double weights =
+      median_seconds([&] { op = assemble(r.scheme, scene.cloud, near, options); }, 0);
+  r.assemble = (search_seconds + weights) / r.points;
   for (const auto& matrix : op.axes)
-    r.bytes_per_point += (12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * n) / n;
-  r.entries_per_row = static_cast<double>(op.matrix().nonZeros()) / n;
-  measure_derivative(scene, op, options.threads, r);
-  if (!r.laplacian()) return r;
+    r.bytes_per_point +=
+        (12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * r.points) / r.points;
+  r.entries_per_row = static_cast<double>(op.matrix().nonZeros()) / r.points;
+  measure_derivative(scene, op, threads, r);
+  if (!r.laplacian()) return;
   r.grows = forecast(scene.cloud, op.matrix(), scene.inner, op.volumes).grows;
-  measure_solution(scene, op, options.threads, r);
-  return r;
+  measure_solution(scene, op, threads, r);
 }
 
-std::vector<Result> study(const StudyOptions& options) {
-  const auto schemes = studied_schemes(options.dimension);
-  const auto ratios = support_ratios(options);
-  const int kernels = options.quick ? 1 : static_cast<int>(gradpsi::kernels().size());
-  const auto all_sides = sides(options, true);
-  Progress progress(static_cast<int>(2 * all_sides.size() * ratios.size()), "clouds and supports");
+/// The results of all schemes and the first so many kernels with one support.
+void add_results(const Scene& scene, Arrangement arrangement, double support_ratio, double spacing,
+                 int kernels, int threads, std::vector<Result>& results) {
+  Neighbours near;
+  const double search = median_seconds(
+      [&] { near = find_neighbours(scene.cloud, support_ratio * spacing, threads); }, 0);
+  for (int kernel = 0; kernel < kernels; ++kernel)
+    for (const Scheme& scheme : studied_schemes(scene.cloud.dimension())) {
+      Result& result = results.emplace_back(
+          Result{scheme, kernel, arrangement, support_ratio, scene.cloud.size()});
+      measure(scene, near, search, threads, result);
+    }
+}
+
+bool belongs(const Front& front, const Result& r) {
+  return r.scheme.derivative == front.derivative && r.arrangement == front.arrangement;
+}
+
+}  // namespace
+
+std::vector<Result> results(const Study& study, const ShowProgress& show) {
+  const auto ratios = support_ratios(study);
+  const auto all_sides = sides(study);
+  const int total = static_cast<int>(2 * all_sides.size() * ratios.size());
   int done = 0;
   std::vector<Result> results;
   for (const int side : all_sides)
-    for (int arrangement = 0; arrangement < 2; ++arrangement) {
-      const Scene scene = make_scene(options.dimension, side, arrangement);
+    for (const Arrangement arrangement : {Arrangement::Regular, Arrangement::Irregular}) {
+      const Scene scene = make_scene(study.dimension, side, arrangement);
+      // The finest points and the quick study: the usual kernel only.
+      const bool all_kernels = !study.quick && side != all_sides.back();
+      const int kernel_count = all_kernels ? static_cast<int>(kernels().size()) : 1;
       for (const double ratio : ratios) {
-        gradpsi::Neighbours near;
-        const double search = median_seconds(
-            [&] { near = find_neighbours(scene.cloud, ratio / side, options.threads); }, 0);
-        for (int kernel = 0; kernel < kernels; ++kernel)
-          if (kernel == 0 || side != all_sides.back())
-            for (const Scheme& scheme : schemes)
-              results.push_back(
-                  measure(scene, scheme, kernel, arrangement, ratio, near, search, options));
-        progress.show(++done);
+        add_results(scene, arrangement, ratio, 1.0 / side, kernel_count, study.threads, results);
+        show(++done, total);
       }
     }
   return results;
 }
 
 std::string csv(const std::vector<Result>& results, int dimension) {
-  std::string out =
-      "scheme,dimension,kernel,support_ratio,arrangement,points,spacing,entries_per_row,error_l2,"
-      "error_max,solution_l2,solution_max,assemble_seconds,product_seconds,solve_seconds,"
-      "bytes_per_point,stable,weight,consistency\n";
-  for (const Result& r : results) {
-    out += name(r.scheme) + ',' + std::to_string(dimension) + ',' +
-           std::string(gradpsi::kernels()[r.kernel].name) + ',' + cell(r.support_ratio) + ',' +
-           arrangements[r.arrangement] + ',' + std::to_string(r.points) + ',' +
-           cell(std::pow(r.points, -1.0 / dimension));
-    for (const double x : {r.entries_per_row, r.l2, r.max, r.solution_l2, r.solution_max,
-                           r.assemble, r.product, r.solve, r.bytes_per_point})
-      out += ',' + cell(x, "%.4g");
-    out += r.laplacian() ? (r.grows ? ",0," : ",1,") : ",,";
-    out += std::string(name(r.scheme.weight)) + ',' + consistency_name(r.scheme) + '\n';
-  }
-  return out;
+  constexpr Look measured{"%.4g"};
+  const Columns<Result> columns = {
+      {"scheme", [](auto& r) { return name(r.scheme); }},
+      {"dimension", [=](auto&) { return dimension; }},
+      {"kernel", [](auto& r) { return kernels()[r.kernel].name; }},
+      {"support_ratio", &Result::support_ratio},
+      {"arrangement", [](auto& r) { return name(r.arrangement); }},
+      {"points", &Result::points},
+      {"spacing", [=](auto& r) { return std::pow(r.points, -1.0 / dimension); }},
+      {"entries_per_row", &Result::entries_per_row, measured},
+      {"error_l2", &Result::l2, measured},
+      {"error_max", &Result::max, measured},
+      {"solution_l2", &Result::solution_l2, measured},
+      {"solution_max", &Result::solution_max, measured},
+      {"assemble_seconds", &Result::assemble, measured},
+      {"product_seconds", &Result::product, measured},
+      {"solve_seconds", &Result::solve, measured},
+      {"bytes_per_point", &Result::bytes_per_point, measured},
+      {"stable", [](auto& r) { return !r.laplacian() ? ""
+                                      : r.grows      ? "0"
+                                                     : "1"; }},
+      {"weight", [](auto& r) { return name(r.scheme.weight); }},
+      {"consistency", [](auto& r) { return consistency_name(r.scheme); }}};
+  return apps::csv(columns, results);
 }
 
-/// What a derivative is wanted for: the seconds it takes and the error it has, for the whole cloud.
-struct Use {
-  const char* key;
-  const char* text;
-  double (*seconds)(const Result&);
-  double Result::*error;
-  bool stable_only;
-};
-constexpr std::array uses = {
-    Use{"assemble", "one derivative on new points (search and weights)",
-        [](const Result& r) { return r.assemble * r.points; }, &Result::l2, false},
-    Use{"product", "one more derivative on the same points (a product)",
-        [](const Result& r) { return r.product * r.points; }, &Result::l2, false},
-    Use{"solve", "the Dirichlet problem (search, weights, solution)",
-        [](const Result& r) { return (r.assemble + r.solve) * r.points; }, &Result::solution_l2,
-        true}};
+double Front::price_of_a_factor_2() const {
+  std::vector<double> errors, seconds;
+  for (const Result* r : best) {
+    errors.push_back(r->*use.error);
+    seconds.push_back(use.seconds(*r));
+  }
+  return std::exp2(-log_slope(errors, seconds));
+}
 
-/// Those that nothing else is both cheaper and more accurate than, cheapest first.
-std::vector<const Result*> front(const std::vector<Result>& results, const Use& use,
-                                 Derivative derivative, int arrangement) {
-  std::vector<const Result*> sorted, best;
-  for (const Result& r : results)
-    if (r.scheme.derivative == derivative && r.arrangement == arrangement &&
-        std::isfinite(r.*use.error) && std::isfinite(use.seconds(r)) &&
+Front front(const std::vector<Result>& results, Derivative derivative, const Use& use,
+            Arrangement arrangement) {
+  Front front{derivative, use, arrangement, {}};
+  std::vector<const Result*> sorted;
+  for (const Result& r : results) {
+    if (!belongs(front, r)) continue;
+    if (r.scheme.consistency == Consistency::Zoc && r.*use.error < front.uncorrected)
+      front.uncorrected = r.*use.error;
+    if (std::isfinite(r.*use.error) && std::isfinite(use.seconds(r)) &&
         !(use.stable_only && r.grows))
       sorted.push_back(&r);
+  }
   std::ranges::sort(sorted, {}, [&](const Result* r) { return use.seconds(*r); });
   for (const Result* r : sorted)
-    if (best.empty() || r->*use.error < best.back()->*use.error) best.push_back(r);
-  return best;
+    if (front.best.empty() || r->*use.error < front.best.back()->*use.error)
+      front.best.push_back(r);
+  return front;
 }
 
 std::string front_csv(const std::vector<Result>& results) {
-  std::string out = "derivative,use,arrangement,seconds,error,scheme\n";
+  std::vector<std::pair<const Front*, const Result*>> rows;
+  std::vector<Front> fronts;
   for (const Derivative derivative : {Derivative::Gradient, Derivative::Laplacian})
     for (const Use& use : uses)
-      for (int arrangement = 0; arrangement < 2; ++arrangement)
-        for (const Result* r : front(results, use, derivative, arrangement))
-          out += std::string(name(derivative)) + ',' + use.key + ',' + arrangements[arrangement] +
-                 ',' + cell(use.seconds(*r)) + ',' + cell(r->*use.error) + ',' + name(r->scheme) +
-                 '\n';
-  return out;
+      for (const Arrangement arrangement : {Arrangement::Regular, Arrangement::Irregular})
+        fronts.push_back(front(results, derivative, use, arrangement));
+  for (const Front& front : fronts)
+    for (const Result* r : front.best) rows.emplace_back(&front, r);
+  return apps::csv({{"derivative", [](auto& row) { return name(row.first->derivative); }},
+                    {"use", [](auto& row) { return row.first->use.key; }},
+                    {"arrangement", [](auto& row) { return name(row.first->arrangement); }},
+                    {"seconds", [](auto& row) { return row.first->use.seconds(*row.second); }},
+                    {"error", [](auto& row) { return row.second->*(row.first->use.error); }},
+                    {"scheme", [](auto& row) { return name(row.second->scheme); }}},
+                   rows);
 }
 
-/// How much longer twice the accuracy takes along a front: by the slope of log(time) on log(error).
-double price_of_a_factor_2(const std::vector<const Result*>& front, const Use& use) {
-  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
-  for (const Result* r : front) {
-    const double lx = std::log(r->*use.error), ly = std::log(use.seconds(*r));
-    n += 1, x += lx, y += ly, xx += lx * lx, xy += lx * ly;
-  }
-  return n < 2 ? not_a_number : std::exp2(-(n * xy - x * y) / (n * xx - x * x));
-}
-
-std::string front_text(const std::vector<Result>& results, const Use& use, Derivative derivative,
-                       int arrangement) {
-  const auto best = front(results, use, derivative, arrangement);
-  if (best.empty()) return {};
-  std::string out = std::string(name(derivative)) + ", " + arrangements[arrangement] + " points, " +
-                    use.text + ": the cheapest for an error of\n";
-  double uncorrected = 1e300;
-  for (const Result& r : results)
-    if (r.scheme.derivative == derivative && r.arrangement == arrangement &&
-        r.scheme.consistency == gradpsi::Consistency::Zoc && r.*use.error < uncorrected)
-      uncorrected = r.*use.error;
-  const Result* last = nullptr;
-  for (double error = 0.1; error > 1e-12; error /= std::sqrt(10.0)) {
-    const auto found = std::ranges::find_if(best, [&](auto* r) { return r->*use.error <= error; });
-    if (found == best.end()) break;
-    if (*found == last) continue;
-    last = *found;
-    const std::string scheme = name(last->scheme);
-    out += padded(cell(error, "%.0e"), 9) + padded(cell(1e3 * use.seconds(*last), "%.3g"), 10) +
-           " ms   " + scheme + std::string(28 - scheme.size(), ' ') + "h/dx " +
-           padded(cell(last->support_ratio, "%.1f"), 3) + padded(std::to_string(last->points), 9) +
-           " points   " + std::string(gradpsi::kernels()[last->kernel].name) + '\n';
-  }
-  out += "  twice the accuracy takes " + cell(price_of_a_factor_2(best, use), "%.2g") +
-         " times as long; best error without correction " + cell(uncorrected, "%.1e") +
-         ", of all " + cell(best.back()->*use.error, "%.1e") + "\n\n";
-  return out;
-}
-
-}  // namespace
-
-void tradeoff(const StudyOptions& options) {
-  create_folder(options.out);
-  const std::vector<Result> results = study(options);
-  const std::string suffix =
-      options.dimension == 2 ? "" : "_" + std::to_string(options.dimension) + "d";
-  const auto in_out = [&](const std::string& file) { return options.out / file; };
-  const std::string table = "tradeoff" + suffix + ".csv",
-                    fronts = "tradeoff_front" + suffix + ".csv";
-  gradpsi::write_text(in_out(table), csv(results, options.dimension));
-  gradpsi::write_text(in_out(fronts), front_csv(results));
-  std::string text;
-  for (const Derivative derivative : {Derivative::Gradient, Derivative::Laplacian})
-    for (const Use& use : uses)
-      for (const int arrangement : {1, 0})
-        text += front_text(results, use, derivative, arrangement);
-  gradpsi::write_text(in_out("tradeoff" + suffix + ".txt"),
-                      provenance(options.threads) + '\n' + text);
-  std::cout << text << std::flush;
-  draw(in_out("tradeoff" + suffix + ".gp"),
-       "csv = '" + table + "'\nfronts = '" + fronts + "'\nsuffix = '" + suffix +
-           "'\ndefault_kernel = '" + std::string(gradpsi::kernels().front().name) + "'\n" +
-           tradeoff_gp,
-       in_out(table));
-  std::cout << "Results: " << in_out(table).string()
-            << "\nFigures: " << in_out("tradeoff_gradient" + suffix + ".png").string() << ", "
-            << in_out("tradeoff_laplacian" + suffix + ".png").string() << " (and .svg)\n";
-}
-
-}  // namespace gradpsi::apps
+}  // namespace gradpsi::apps::tradeoff

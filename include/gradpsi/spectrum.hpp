@@ -80,9 +80,11 @@ Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes = {},
 /// Explicit methods for du/dt = nu A u.
 enum class Stepper { Euler, RungeKutta4 };
 
+/// What a step multiplies an eigenvector of A by, z = dt nu lambda: 1 + z or 1 + z + z^2/2 + z^3/6 + z^4/24.
+std::complex<double> growth_factor(Stepper stepper, std::complex<double> z);
+
 /// Largest dt nu (length^2) with which explicit steps of du/dt = nu A u keep every eigenvector from
-/// growing: |1 + z| <= 1 or |1 + z + z^2/2 + z^3/6 + z^4/24| <= 1 for z = dt nu lambda. 0 if one
-/// grows at any step; infinity if all eigenvalues are zero.
+/// growing, |growth_factor| <= 1. 0 if one grows at any step; infinity if all eigenvalues are zero.
 double largest_stable_step(const Spectrum& spectrum, Stepper stepper);
 
 /// dt nu (length^2, ascending) at which I - dt nu A is singular: 1 / lambda for each real eigenvalue

@@ -13,10 +13,15 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+std::complex<double> growth_factor(Stepper stepper, std::complex<double> z) {
+  if (stepper == Stepper::Euler) return 1.0 + z;
+  return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)));
+}
+
 double largest_stable_step(const Spectrum& spectrum, Stepper stepper) {
+  const double most = stepper == Stepper::Euler ? 1 : 1 + 1e-13;
   const auto amplifies = [&](std::complex<double> z) {
-    if (stepper == Stepper::Euler) return std::norm(1.0 + z) > 1;
-    return std::norm(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))) > 1 + 1e-13;
+    return std::norm(growth_factor(stepper, z)) > most;
   };
   double step = infinity;
   for (const std::complex<double>& lambda : spectrum.values) {

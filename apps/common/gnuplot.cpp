@@ -1,15 +1,9 @@
-#include "common/study.hpp"
+#include "common/gnuplot.hpp"
 
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <gradpsi/io.hpp>
-#include <gradpsi/kernel.hpp>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -67,43 +61,6 @@ class Drafts {
 };
 
 }  // namespace
-
-void StudyOptions::declare(Options& options, const std::string& domain,
-                           const std::string& quick_means, const std::string& threads_mean) {
-  options.file("--out", out, "DIR", "Folder for the results");
-  options.count("--dimension", dimension, {1, 3}, "D", "Of the " + domain);
-  options.flag("--quick", quick, quick_means);
-  options.count("--threads", threads, thread_limits, "N", threads_mean);
-}
-
-void create_folder(const path& folder) {
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (failure) throw std::system_error(failure, "cannot create the folder " + folder.string());
-}
-
-std::string provenance(int threads) {
-  std::string cpu = "unknown", line;
-  for (std::ifstream in("/proc/cpuinfo"); std::getline(in, line);)
-    if (line.starts_with("model name")) {
-      cpu = line.substr(line.find(':') + 2);
-      break;
-    }
-  return "# gradpsi: " GRADPSI_VERSION "\n# compiler: " __VERSION__ "\n# cpu: " + cpu +
-         "\n# threads: " + (threads > 0 ? std::to_string(threads) : "all") +
-         "\n# kernel: " + std::string(gradpsi::kernels().front().name) + "\n";
-}
-
-std::string cell(double x, const char* format) {
-  if (!std::isfinite(x)) return {};
-  std::array<char, 40> digits;
-  std::snprintf(digits.data(), digits.size(), format, x);
-  return digits.data();
-}
-
-std::string padded(const std::string& text, int width) {
-  return std::string(std::max<int>(0, width - static_cast<int>(text.size())), ' ') + text;
-}
 
 void draw(const path& file, const std::string& script, const path& data) {
   gradpsi::write_text(file, script);

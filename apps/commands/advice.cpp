@@ -1,0 +1,100 @@
+#include "commands/advice.hpp"
+
+#include <algorithm>
+
+#include "common/columns.hpp"
+#include "common/operator_options.hpp"
+
+namespace gradpsi::apps::candidates {
+
+namespace {
+
+std::string described(const Candidate& c) {
+  return name(c.scheme) + " with --support-ratio " + text(c.support_ratio);
+}
+
+std::string remark(const Candidate& c) {
+  return c.zero > 0      ? "   " + std::to_string(c.zero) + " cannot be computed"
+         : c.widened > 0 ? "   " + std::to_string(c.widened) + " widened"
+                         : "";
+}
+
+Columns<Candidate> columns(const Trial& trial, const Candidate* chosen) {
+  const auto mark = [&trial, chosen](const Candidate& c) {
+    return &c == chosen ? "=> " : c.error <= trial.tolerance ? " + " : "   ";
+  };
+  const auto stable = [&trial](const Candidate& c) {
+    return !c.looked_at || trial.use == Use::Derivative ? "-" : c.grows ? "no" : "yes";
+  };
+  const double unit = trial.spacing * trial.spacing;
+  Columns<Candidate> all = {
+      {"", mark},
+      {"scheme", [](auto& c) { return name(c.scheme); }, {.width = -29}},
+      {"h/dx", &Candidate::support_ratio, {"%.1f", 4}},
+      {"entries", &Candidate::entries, {"%.1f", 10}},
+      {"error rms", &Candidate::error, {"%.1e", 12}},
+      {"worst", &Candidate::worst, {"%.1e", 10}},
+      {"ns a point", [](auto& c) { return 1e9 * (c.assemble + c.product); }, {"%.4g", 13}}};
+  if (trial.laplacian()) {
+    all.push_back({"dt nu/dx^2", [unit](auto& c) { return c.step / unit; }, {"%.3g", 13}});
+    all.push_back({"stable", stable, {.width = 9}});
+  }
+  all.push_back({"   rows", remark});
+  return all;
+}
+
+std::string which_spacing(const Trial& trial, std::vector<Candidate>& all) {
+  const auto found = sufficient_spacing(trial, all);
+  if (!found) return "";
+  return "A spacing of about " + cell(found->spacing, "%.2g") + " would (now " +
+         cell(trial.spacing, "%.2g") + "), with " + described(*found->candidate) +
+         ", whose error is of order " + std::to_string(order(found->candidate->scheme)) + ".\n";
+}
+
+}  // namespace
+
+std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candidate* chosen,
+                   const std::string& command) {
+  if (chosen) {
+    std::string out = "Take " + described(*chosen) + ": error " + cell(chosen->error, "%.2g") +
+                      " (root mean square, relative; worst row " + cell(chosen->worst, "%.2g") +
+                      ")\n\n    " + command + '\n';
+    if (trial.use == Use::Explicit)
+      out += "\nExplicit Euler steps are stable up to dt nu = " + text(chosen->step) + ".\n";
+    return out;
+  }
+  if (const Candidate* best = most_accurate(trial, all))
+    return "Nothing meets " + text(trial.tolerance) + ". The best is " + described(*best) +
+           ": error " + cell(best->error, "%.2g") + ".\n" + which_spacing(trial, all);
+  return std::string("Nothing can be ") +
+         (trial.use == Use::Derivative ? "computed" : "stepped in time") + " on these points.\n";
+}
+
+std::string table(const Trial& trial, const std::vector<Candidate>& all, const Candidate* chosen) {
+  const bool steps = trial.use != Use::Derivative;
+  return std::string("In the order of their cost (") +
+         (!steps                       ? "search, weights and a product"
+          : trial.use == Use::Explicit ? "entries over the stable step"
+                                       : "entries") +
+         "); + meets the tolerance" + (steps ? ", - not looked at" : "") + ":\n\n" +
+         text_table(columns(trial, chosen), all);
+}
+
+std::string comparison(const Trial& trial, const Candidate* chosen) {
+  std::vector<Candidate> all = candidates(trial, trial.evolving);
+  const Candidate* const best = cheapest(trial, all);
+  const std::string begin = "Brute force, " + std::to_string(all.size()) + " candidates on all " +
+                            std::to_string(trial.evolving.size()) + " rows: ";
+  if (!best || !chosen)
+    return begin +
+           (best ? "the choice would be " + described(*best) : "nothing meets the tolerance") +
+           (chosen ? "" : "; the sample found nothing") + '\n';
+  const auto same = std::ranges::find_if(all, [&](const Candidate& c) {
+    return c.scheme == chosen->scheme && c.support_ratio == chosen->support_ratio;
+  });
+  return begin + described(*best) + "; the choice from the sample has an error of " +
+         cell(same->error, "%.2g") + " there and a regret of " +
+         cell(100 * (same->cost / best->cost - 1), "%.1f") + " %\n";
+}
+
+}  // namespace gradpsi::apps::candidates
