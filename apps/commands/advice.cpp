@@ -3,11 +3,32 @@
 #include <algorithm>
 
 #include "common/columns.hpp"
-#include "common/operator_options.hpp"
 
 namespace gradpsi::apps::candidates {
 
 namespace {
+
+/// The column of a user's field, if there is one.
+std::string field_column(const Table& table, const std::string& fixed) {
+  const auto is_field = [&](const std::string& column) {
+    return column != "x" && column != "y" && column != "z" && column != "volume" && column != fixed;
+  };
+  const auto found = std::ranges::find_if(table.names, is_field);
+  return found == table.names.end() ? "COLUMN" : *found;
+}
+
+/// The options that say what the points are.
+std::string points_options(const AdviseOptions& options, int dimension) {
+  std::string out;
+  if (options.kernel != kernels().front().name) out += " --kernel " + options.kernel;
+  if (options.volume) out += " --volume " + text(*options.volume);
+  if (std::ranges::any_of(options.periodic, [](double l) { return l > 0; })) {
+    out += " --periodic ";
+    for (int a = 0; a < dimension; ++a) out += (a > 0 ? "," : "") + text(options.periodic[a]);
+  }
+  if (options.duplicates != "error") out += " --duplicates " + options.duplicates;
+  return out;
+}
 
 std::string described(const Candidate& c) {
   return name(c.scheme) + " with --support-ratio " + text(c.support_ratio);
@@ -52,6 +73,24 @@ std::string which_spacing(const Trial& trial, std::vector<Candidate>& all) {
 }
 
 }  // namespace
+
+std::string command_line(const AdviseOptions& options, const Problem& problem, const Candidate& c) {
+  const Use use = options.what_for();
+  const std::string name_of_field = " --field " + field_column(problem.table, options.fixed);
+  std::string out = std::string("gradpsi ") +
+                    (use == Use::Implicit   ? "diffuse "
+                     : use == Use::Explicit ? "assemble "
+                                            : "derive ") +
+                    options.points.string();
+  if (use != Use::Explicit) out += name_of_field;
+  out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.support_ratio) +
+         points_options(options, problem.cloud.dimension());
+  if (c.widened > 0 || c.scheme.consistency == Consistency::Positive)
+    out += " --on-degenerate widen";
+  if (use == Use::Implicit && !options.fixed.empty()) out += " --fixed " + options.fixed;
+  if (use == Use::Implicit) out += " --time-step DT --steps N";
+  return out + (use == Use::Explicit ? " -o OUT.mtx" : " -o OUT.vtu");
+}
 
 std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candidate* chosen,
                    const std::string& command) {

@@ -1,17 +1,39 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/operator_options.hpp"
 #include "studies/candidates.hpp"
 
-// What `gradpsi advise` says.
+// What `gradpsi advise` is asked, and what it says.
 
 namespace gradpsi::apps::candidates {
 
+struct AdviseOptions : OperatorOptions {
+  std::string derivative, use = "derivative", fixed;
+  double tolerance = 0;
+  std::optional<double> wavelength;
+  int sample = 2000;
+  bool check = false;
+
+  Use what_for() const {
+    return use == "derivative" ? Use::Derivative
+           : use == "explicit" ? Use::Explicit
+                               : Use::Implicit;
+  }
+  Derivative which() const {
+    return derivative == "laplacian" ? Derivative::Laplacian : Derivative::Gradient;
+  }
+};
+
+/// The command line that uses the candidate on these points.
+std::string command_line(const AdviseOptions& options, const Problem& problem, const Candidate& c);
+
 /// What to take, with the command line that does, or why there is nothing.
 /// @param chosen   null: none
-/// @param command  for the chosen one
+/// @param command  the command line for the chosen one
 std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candidate* chosen,
                    const std::string& command);
 

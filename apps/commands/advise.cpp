@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 #include "commands.hpp"
 #include "commands/advice.hpp"
@@ -21,64 +20,6 @@ namespace gradpsi::apps {
 namespace {
 
 using namespace candidates;
-
-struct AdviseOptions : OperatorOptions {
-  std::string derivative, use = "derivative", fixed;
-  double tolerance = 0;
-  std::optional<double> wavelength;
-  int sample = 2000;
-  bool check = false;
-
-  Use what_for() const {
-    return use == "derivative" ? Use::Derivative
-           : use == "explicit" ? Use::Explicit
-                               : Use::Implicit;
-  }
-  Derivative which() const {
-    return derivative == "laplacian" ? Derivative::Laplacian : Derivative::Gradient;
-  }
-};
-
-/// The column of a user's field, if there is one.
-std::string field_column(const Table& table, const std::string& fixed) {
-  const auto is_field = [&](const std::string& column) {
-    return column != "x" && column != "y" && column != "z" && column != "volume" && column != fixed;
-  };
-  const auto found = std::ranges::find_if(table.names, is_field);
-  return found == table.names.end() ? "COLUMN" : *found;
-}
-
-/// The options that say what the points are.
-std::string points_options(const AdviseOptions& options, int dimension) {
-  std::string out;
-  if (options.kernel != kernels().front().name) out += " --kernel " + options.kernel;
-  if (options.volume) out += " --volume " + text(*options.volume);
-  if (std::ranges::any_of(options.periodic, [](double l) { return l > 0; })) {
-    out += " --periodic ";
-    for (int a = 0; a < dimension; ++a) out += (a > 0 ? "," : "") + text(options.periodic[a]);
-  }
-  if (options.duplicates != "error") out += " --duplicates " + options.duplicates;
-  return out;
-}
-
-/// The command line that uses the advice.
-std::string command(const AdviseOptions& options, const Problem& problem, const Candidate& c) {
-  const Use use = options.what_for();
-  const std::string name_of_field = " --field " + field_column(problem.table, options.fixed);
-  std::string out = std::string("gradpsi ") +
-                    (use == Use::Implicit   ? "diffuse "
-                     : use == Use::Explicit ? "assemble "
-                                            : "derive ") +
-                    options.points.string();
-  if (use != Use::Explicit) out += name_of_field;
-  out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.support_ratio) +
-         points_options(options, problem.cloud.dimension());
-  if (c.widened > 0 || c.scheme.consistency == Consistency::Positive)
-    out += " --on-degenerate widen";
-  if (use == Use::Implicit && !options.fixed.empty()) out += " --fixed " + options.fixed;
-  if (use == Use::Implicit) out += " --time-step DT --steps N";
-  return out + (use == Use::Explicit ? " -o OUT.mtx" : " -o OUT.vtu");
-}
 
 void check(const AdviseOptions& options, const Problem& problem) {
   if (!(options.tolerance > 0 && std::isfinite(options.tolerance)))
@@ -153,7 +94,8 @@ void run(const AdviseOptions& options) {
   std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
   const Candidate* chosen = cheapest(trial, all);
   std::cout << '\n'
-            << advice(trial, all, chosen, chosen ? command(options, problem, *chosen) : "") << '\n'
+            << advice(trial, all, chosen, chosen ? command_line(options, problem, *chosen) : "")
+            << '\n'
             << table(trial, all, chosen);
   if (options.check) std::cout << '\n' << comparison(trial, chosen);
 }
