@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <gradpsi/matrix.hpp>
+#include <string>
+
+// How fast a matrix is multiplied, by which means, beside the memory's own speed.
+
+namespace gradpsi::apps::spmv {
+
+/// How fast something was.
+struct Measurement {
+  std::string what;
+  double ns_an_entry;  ///< NaN: it has none
+  double bytes_a_second;
+  double roof;  ///< bytes a second
+};
+using Show = std::function<void(const Measurement&)>;
+
+/// Measures, what memory can do first; each is shown as it comes.
+/// @param symmetric  whether A is: then its upper triangle is multiplied, too
+/// @return  the largest difference from Eigen's product, of sum |a| |x|
+double measure(const SparseMatrix& A, bool symmetric, int threads, const Show& show);
+
+}  // namespace gradpsi::apps::spmv
