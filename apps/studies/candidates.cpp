@@ -174,7 +174,7 @@ Candidate* most_accurate(const Trial& trial, std::vector<Candidate>& all) {
 }
 
 int order(const Scheme& scheme) {
-  return degree(scheme) - (scheme.derivative == Derivative::Laplacian ? 1 : 0);
+  return degree(scheme) + 1 - gradpsi::order(scheme.derivative);
 }
 
 std::optional<Spacing> sufficient_spacing(const Trial& trial, std::vector<Candidate>& all) {

@@ -115,6 +115,17 @@ TEST(Spectrum, OfARotationAllowsRungeKuttaStepsOnly) {
   EXPECT_NEAR(3 * largest_stable_step(pair, Stepper::RungeKutta4), 2 * std::sqrt(2.0), 1e-3);
 }
 
+// With half the step the error falls by 2^2 and by 2^5, but for terms of the next order, about |z| / 10.
+TEST(Spectrum, GrowthFactorsAreExponentialsUpToTheOrderOfTheMethod) {
+  const std::complex<double> z(-0.1, 0.2);
+  for (const auto& [stepper, order] :
+       {std::pair(Stepper::Euler, 1), std::pair(Stepper::RungeKutta4, 4)}) {
+    const double whole = std::abs(growth_factor(stepper, z) - std::exp(z));
+    const double half = std::abs(growth_factor(stepper, z / 2.0) - std::exp(z / 2.0));
+    EXPECT_NEAR(std::log2(whole / half), order + 1, 0.1);
+  }
+}
+
 TEST(Spectrum, PositiveEigenvaluesMakeImplicitStepsSingular) {
   const Spectrum two = spectrum(sparse(Eigen::Matrix3d{{4, 1, 0}, {0, -2, 5}, {0, 0, 0.5}}));
   EXPECT_TRUE(two.grows());
