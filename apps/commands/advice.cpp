@@ -49,7 +49,7 @@ Columns<Candidate> columns(const Trial& trial, const Candidate* chosen) {
   };
   const double unit = trial.spacing * trial.spacing;
   Columns<Candidate> all = {
-      {"", mark},
+      {"", mark, {.width = 3}},
       {"scheme", [](auto& c) { return name(c.scheme); }, {.width = -29}},
       {"h/dx", &Candidate::support_ratio, {"%.1f", 4}},
       {"entries", &Candidate::entries, {"%.1f", 10}},

@@ -110,11 +110,13 @@ std::string csv(const std::vector<Result>& results) {
 
 std::string table(const std::vector<Result>& results) {
   const auto seeds = by_matrix(results);
+  // The headings from here on stand one to the right.
+  const std::string error = padded("largest error", 29);
   return "Second-order Laplacians on jittered squares and cubes (0.2 dx), truncated at the "
          "boundary;\nmedians over " +
          std::to_string(seeds.front().size()) + " seeds (least .. most):\n\n" +
          text_table({{"", [](Seeds s) { return matrix_name(s.front()); }, {.width = -43}},
-                     spread_column("largest error", &Result::error_max, 28),
+                     spread_column(error, &Result::error_max, 28),
                      spread_column("worst condition", &Result::worst_condition, 30),
                      spread_column("bound / error", &Result::bound_over_error, 22)},
                     seeds);

@@ -221,12 +221,14 @@ std::string map_csv(const std::vector<Result>& results) {
 }
 
 std::string growth_table(const std::vector<Result>& results) {
+  // The headings from here on stand two to the right.
+  const std::string certain = padded("certain", 11);
   return "Matrices that grow, of those made; and what was foretold without their spectra:\n\n" +
          text_table({{"", &Count::scheme, {.width = -28}},
                      grow_of_made(Walls::Periodic),
                      grow_of_made(Walls::Dirichlet),
                      grow_of_made(Walls::Truncated),
-                     {"    certain", &Count::certain, {.width = 9}},
+                     {certain, &Count::certain, {.width = 9}},
                      {"right", &Count::right, {.width = 9}},
                      {"false alarm", &Count::false_alarms, {.width = 14}},
                      {"missed", &Count::missed, {.width = 9}}},
