@@ -15,7 +15,7 @@ INSTANTIATE_TEST_SUITE_P(Failures, Fault20,
 
 /// Points without volumes, so that those must be computed, more than a chunk of rows of them.
 Cloud points(int dimension) {
-  return Cloud(irregular_cloud(dimension, dimension == 3 ? 9 : 25).positions());
+  return Cloud(irregular_cloud(dimension, dimension == 3 ? 9 : 23).positions());
 }
 
 TEST_P(Fault20, Searches) {
@@ -54,9 +54,9 @@ TEST_P(Fault20, Assembly) {
     OnDegenerate policy;
   };
   // Several chunks of rows; and few points with too small a support, for policies to have something to do.
-  for (const Case& c : {Case{25, 4.0, OnDegenerate::Lower}, Case{8, 2.0, OnDegenerate::Lower},
+  for (const Case& c : {Case{23, 3.5, OnDegenerate::Lower}, Case{8, 2.0, OnDegenerate::Lower},
                         Case{8, 2.0, OnDegenerate::Widen}, Case{8, 2.0, OnDegenerate::Zero}}) {
-    if (threads() > 1 && c.points_per_side < 25) continue;  // one chunk of rows, for one thread
+    if (threads() > 1 && c.points_per_side < 23) continue;  // one chunk of rows, for one thread
     const Cloud cloud(irregular_cloud(2, c.points_per_side).positions()), copy = cloud;
     const Neighbours near = find_neighbours(cloud, c.support_ratio * cloud.spacing());
     const Neighbours near_copy = near;
@@ -203,7 +203,7 @@ TEST_P(Fault20, Diffusion) {
 }
 
 TEST_P(Fault20, Diagnosis) {
-  const Cloud cloud = irregular_cloud(2, 12);
+  const Cloud cloud = irregular_cloud(2, 11);
   const Neighbours near = find_neighbours(cloud, 3 * cloud.spacing());
   const Operator op = assemble("laplacian-mixed-soc", cloud, near);
   std::vector<int> inside;
