@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/resize.hpp"
 #include "cloud/points.hpp"
 #include "gradpsi/operator.hpp"
 #include "operators/moments.hpp"
@@ -39,7 +40,8 @@ void Row<D>::gather(const Cloud& cloud, std::span<const int> neighbours, double 
 template <int D>
 Solution Row<D>::solve(const Equations& equations) {
   outputs_ = equations.outputs;
-  sums_.setZero(outputs_);
+  resize(sums_, outputs_);
+  sums_.setZero();
   weights().setZero();
   if (n_ == 0) return {};
   if (equations.how != How::Programme) weigh(equations);
