@@ -40,7 +40,7 @@ run_tests() { ctest --preset "$1" -j "$(nproc)" "${@:2}"; }
 valgrind_small_tests() {
   OPENBLAS_NUM_THREADS=1 valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full \
     --errors-for-leak-kinds=definite build/dev/tests/gradpsi_tests --gtest_brief=1 \
-    --gtest_filter='Csv.*:Market.*:Write.*:Fault2*:Cloud*:Kernel*:Moments*:Scheme*:Spmv*:Reference*:Neighbours*'
+    --gtest_filter='Csv.*:Market.*:Write.*:Fault2*:Cloud*:Kernel*:Invert*:Scheme*:Product*:Neighbours*'
 }
 fuzz() {  # target
   mkdir -p "build/corpus/$1"
