@@ -6,7 +6,7 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/gradpsi)
 
 install(TARGETS gradpsi EXPORT gradpsiTargets)
 install(DIRECTORY include/gradpsi DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  PATTERN petsc.hpp EXCLUDE)
+  PATTERN petsc*.hpp EXCLUDE)
 install(EXPORT gradpsiTargets NAMESPACE gradpsi:: DESTINATION ${package_dir})
 if(GRADPSI_BUILD_APPS)
   file(RELATIVE_PATH from_program_to_library
@@ -18,7 +18,8 @@ endif()
 # A component, so that only who asks for it needs PETSc.
 if(GRADPSI_WITH_PETSC)
   install(TARGETS gradpsi_petsc EXPORT gradpsiPetscTargets)
-  install(FILES include/gradpsi/petsc.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gradpsi)
+  install(FILES include/gradpsi/petsc.hpp include/gradpsi/petsc_partition.hpp
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/gradpsi)
   install(EXPORT gradpsiPetscTargets NAMESPACE gradpsi:: DESTINATION ${package_dir})
   if(GRADPSI_BUILD_APPS)
     set_target_properties(gradpsi_mpi PROPERTIES INSTALL_RPATH $ORIGIN/${from_program_to_library})

@@ -13,7 +13,7 @@ from pathlib import Path
 SOURCE = Path(__file__).parent.parent
 BUILD = Path(os.environ["GRADPSI_BUILD"])
 WITH_PETSC = "GRADPSI_WITH_PETSC:BOOL=ON" in (BUILD / "CMakeCache.txt").read_text()
-HEADERS = sorted(h for h in (SOURCE / "include" / "gradpsi").glob("*.hpp") if WITH_PETSC or h.name != "petsc.hpp")
+HEADERS = sorted(h for h in (SOURCE / "include" / "gradpsi").glob("*.hpp") if WITH_PETSC or not h.name.startswith("petsc"))
 
 # What examples print, in reading order.
 EXAMPLES = {

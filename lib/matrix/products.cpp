@@ -10,7 +10,7 @@ namespace {
 constexpr int W = GRADPSI_LANES;
 using V = Lanes<W>;
 
-/// x at W columns. Processors that are better at single loads than at gathers get W = 4; see simd.cpp.
+/// x at W columns. Processors that are better at single loads than at gathers get W = 4; see base/cpu.cpp.
 [[gnu::always_inline]] inline V gather(const double* x, const int* column) {
 #if GRADPSI_LANES == 8
   return (V)_mm512_i32gather_pd(_mm256_loadu_si256((const __m256i*)column), x, 8);

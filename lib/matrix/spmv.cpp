@@ -58,6 +58,40 @@ void run(const Matrix& A, ProductFunction<Value> function, const ProductArgument
   });
 }
 
+/// One beyond the last row that rows begin to end of an upper triangle and their mirror images add to.
+int reach_of_rows(const SparseMatrix& upper, int begin, int end) {
+  const int* const outer = upper.outerIndexPtr();
+  const int* const inner = upper.innerIndexPtr();
+  int reach = end;
+  for (int i = begin; i < end; ++i) {
+    if (outer[i] == outer[i + 1]) continue;
+    if (inner[outer[i]] < i)
+      throw InvalidInput("row " + std::to_string(i) + " has an entry below the diagonal");
+    reach = std::max(reach, inner[outer[i + 1] - 1] + 1);
+  }
+  return reach;
+}
+
+/// Adds what rows begin to end of an upper triangle and their mirror images contribute to A x; sum[0] is
+/// of row `begin`.
+void add_symmetric_product(const SparseMatrix& upper, int begin, int end, const double* x,
+                           double* sum) {
+  const int* const outer = upper.outerIndexPtr();
+  const int* const inner = upper.innerIndexPtr();
+  const double* const a = upper.valuePtr();
+  for (int i = begin; i < end; ++i) {
+    const double xi = x[i];
+    double own = 0;
+    int k = outer[i];
+    if (k < outer[i + 1] && inner[k] == i) own = a[k++] * xi;
+    for (; k < outer[i + 1]; ++k) {
+      own += a[k] * x[inner[k]];
+      sum[inner[k] - begin] += a[k] * xi;
+    }
+    sum[i - begin] += own;
+  }
+}
+
 }  // namespace
 
 void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads) {
@@ -128,33 +162,12 @@ void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eig
   // A fixed number of parts, so that the order of the sums does not depend on the threads.
   constexpr int parts = 16;
   const int n = static_cast<int>(upper.rows());
-  const int* const outer = upper.outerIndexPtr();
-  const int* const inner = upper.innerIndexPtr();
-  const double* const a = upper.valuePtr();
   const auto first_row = [&](int part) { return static_cast<int>(std::int64_t{n} * part / parts); };
   std::vector<Eigen::VectorXd> sums(parts);  // of rows from the part's first one on
   parallel_chunks(parts, 1, threads, [&](int part, int) {
     const int begin = first_row(part), end = first_row(part + 1);
-    int reach = end;
-    for (int i = begin; i < end; ++i) {
-      if (outer[i] == outer[i + 1]) continue;
-      if (inner[outer[i]] < i)
-        throw InvalidInput("row " + std::to_string(i) + " has an entry below the diagonal");
-      reach = std::max(reach, inner[outer[i + 1] - 1] + 1);
-    }
-    sums[part].setZero(reach - begin);
-    double* const sum = sums[part].data();
-    for (int i = begin; i < end; ++i) {
-      const double xi = x[i];
-      double own = 0;
-      int k = outer[i];
-      if (k < outer[i + 1] && inner[k] == i) own = a[k++] * xi;
-      for (; k < outer[i + 1]; ++k) {
-        own += a[k] * x[inner[k]];
-        sum[inner[k] - begin] += a[k] * xi;
-      }
-      sum[i - begin] += own;
-    }
+    sums[part].setZero(reach_of_rows(upper, begin, end) - begin);
+    add_symmetric_product(upper, begin, end, x.data(), sums[part].data());
   });
   resize(y, n);
   parallel_chunks(n, 1 << 14, threads, [&](int begin, int end) {

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "gradpsi/petsc_partition.hpp"
+
+namespace gradpsi::petsc {
+
+/// A point of the halo.
+struct Outsider {
+  std::int64_t number;
+  PetscSFNode owner;
+};
+
+/// The points of other processes in boxes of `reach` around own ones, by ascending number: their owners are asked.
+/// @param x  own points, in their box
+std::vector<Outsider> halo(const Partition& partition, const Positions& x,
+                           const Eigen::VectorXd& reach);
+
+}  // namespace gradpsi::petsc
