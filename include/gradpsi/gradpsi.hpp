@@ -21,3 +21,4 @@
 #include "gradpsi/solver.hpp"
 #include "gradpsi/spectrum.hpp"
 #include "gradpsi/spmv.hpp"
+#include "gradpsi/system.hpp"

@@ -40,29 +40,22 @@ bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale) {
   return true;
 }
 
-bool is_dominant(const SparseMatrix& A) {
+bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal) {
   for (int i = 0; i < A.rows(); ++i) {
-    double excess = 0, diagonal = 0;
+    const int column = diagonal.empty() ? i : diagonal[i];
+    double excess = 0, own = 0;
     for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
-      if (a.col() == i) diagonal = a.value();
-      excess += a.col() == i ? a.value() : -std::abs(a.value());
+      if (a.col() == column) own = a.value();
+      excess += a.col() == column ? a.value() : -std::abs(a.value());
     }
-    if (!(excess >= -1e-12 * diagonal)) return false;
+    if (!(excess >= -1e-12 * own)) return false;
   }
   return true;
 }
 
 FloatingRows floating_rows(const SparseMatrix& A) {
   const int n = static_cast<int>(A.rows());
-  std::vector<char> floats(n);
-  for (int i = 0; i < n; ++i) {
-    double sum = 0, size = 0;
-    for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
-      sum += a.value();
-      size += std::abs(a.value());
-    }
-    floats[i] = vanishes(sum, size);
-  }
+  std::vector<char> floats = vanishing_rows(A);
   if (std::ranges::count(floats, 1) == 0) return {};
   Sets connected(n);
   for (int i = 0; i < n; ++i)

@@ -2,28 +2,24 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "base/sets.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
+#include "gradpsi/system.hpp"
 #include "matrix/checks.hpp"
 #include "petsc/collective.hpp"
 #include "petsc/matrix.hpp"
+#include "petsc/options.hpp"
 #include "petsc/solver.hpp"
+#include "petsc/vectors.hpp"
 #include "solve/errors.hpp"
-#include "solve/twin.hpp"
+#include "solve/for_petsc.hpp"
 
 namespace gradpsi::petsc {
 namespace {
-
-/// Whether multigrid is worth its set-up, by the iterations that the diagonal would take: they grow with a
-/// step's reach, sqrt(dt nu), until that is the whole domain. Measured in benchmarks/README.md.
-bool needs_multigrid(double ratio, double unknowns, int dimension) {
-  const double width = std::pow(unknowns, 1.0 / dimension);
-  const double iterations = std::min(10 * std::sqrt(ratio), 1.3 * width);
-  return iterations > 60;
-}
 
 /// The place of a subdomain's points among own ones; -1: halo.
 std::vector<int> own_places(const Subdomain& mine) {
@@ -92,53 +88,24 @@ Eigen::VectorXd column_values(const Subdomain& mine, const DiffusionSystem& syst
   return mine.spread(own)(system.columns(), 0);
 }
 
-struct RowSum {
-  double sum = 0, size = 0;
-};
-
-std::vector<RowSum> row_sums(const SparseMatrix& A) {
-  std::vector<RowSum> result(A.rows());
-  for (int k = 0; k < A.rows(); ++k)
-    for (SparseMatrix::InnerIterator a(A, k); a; ++a) {
-      result[k].sum += a.value();
-      result[k].size += std::abs(a.value());
-    }
-  return result;
-}
-
-/// Throws if a row is not finite, or has only zeros.
-void check_rows(const Cloud& cloud, const DiffusionSystem& system,
-                const std::vector<RowSum>& sums) {
-  const auto point = [&](std::size_t k) {
-    return "point " + std::to_string(cloud.number(system.rows()[k]));
-  };
-  for (std::size_t k = 0; k < sums.size(); ++k) {
-    if (!std::isfinite(sums[k].size))
-      throw InvalidInput("the matrix is not finite in the row of " + point(k));
-    if (sums[k].size == 0)
-      throw InvalidInput("the matrix has only zeros in the row of " + point(k));
-  }
-}
-
 /// Throws if constants on a connected set of unknowns are in the null space. Sets that reach over several
 /// processes are known by their lowest point, which spreads from process to process, along entries: a set
 /// that nothing flows into is one, whatever it flows into.
-void check_floating(const Subdomain& mine, const DiffusionSystem& system,
-                    const std::vector<RowSum>& sums) {
+void check_floating(const Subdomain& mine, const DiffusionSystem& system) {
   const MPI_Comm comm = mine.partition().comm();
-  const auto floats = [](const RowSum& row) { return vanishes(row.sum, row.size); };
-  if (!anywhere(comm, std::ranges::any_of(sums, floats))) return;
+  const std::vector<char> floats = vanishing_rows(system.matrix());
+  if (!anywhere(comm, std::ranges::count(floats, 1) > 0)) return;
   const auto& rows = system.rows();
   const auto& columns = system.columns();
   Sets connected(mine.cloud().size());
   for (std::size_t k = 0; k < rows.size(); ++k)
-    for (SparseMatrix::InnerIterator a(system.matrix, static_cast<int>(k)); a; ++a)
+    for (SparseMatrix::InnerIterator a(system.matrix(), static_cast<int>(k)); a; ++a)
       if (a.value() != 0) connected.merge(rows[k], columns[a.col()]);
   std::vector<PetscInt> lowest(mine.cloud().size()), sinks(mine.cloud().size());
   for (int i = 0; i < mine.cloud().size(); ++i)
     lowest[i] = static_cast<PetscInt>(mine.cloud().number(connected.of(i)));
   for (std::size_t k = 0; k < rows.size(); ++k)
-    if (!floats(sums[k])) sinks[connected.of(rows[k])] = true;
+    if (!floats[k]) sinks[connected.of(rows[k])] = true;
   // Each round, sets hear from the halo what the others' parts of them are called.
   std::vector<PetscInt> own_lowest(mine.own().size()), own_sinks(mine.own().size());
   for (bool changed = true; changed;) {
@@ -175,38 +142,43 @@ Cloud column_points(const Cloud& cloud, const Eigen::VectorXd& volumes,
                {.volumes = volumes(columns), .box = cloud.box()});
 }
 
-/// dt nu / dx^2 at the median row; infinity counts where a row sums to zero.
-double stiffness(MPI_Comm comm, const SparseMatrix& A, const Cloud& points,
-                 const std::vector<int>& diagonal, const std::vector<RowSum>& sums, int threads) {
-  Eigen::VectorXd ratios = row_diffusivities(A, points, diagonal, threads);
-  for (Eigen::Index k = 0; k < ratios.size(); ++k)
-    ratios[k] = sums[k].sum > 0 && !vanishes(sums[k].sum, sums[k].size)
-                    ? ratios[k] / (sums[k].sum * std::pow(points.volumes()[diagonal[k]],
-                                                          2.0 / points.dimension()))
-                    : std::numeric_limits<double>::infinity();
-  return median(comm, ratios);
-}
-
-/// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row.
-bool is_dominant(const SparseMatrix& A, const std::vector<int>& diagonal,
-                 const std::vector<RowSum>& sums) {
-  for (int k = 0; k < A.rows(); ++k) {
-    const double d = A.coeff(k, diagonal[k]);
-    if (!(2 * d >= (1 - 1e-12) * sums[k].size)) return false;
-  }
-  return true;
+/// Of the whole system, with its matrix in PETSc's form.
+Traits traits_of(const Subdomain& mine, const DiffusionSystem& system, const Cloud& points,
+                 const Numbering& numbers, Mat A, int threads) {
+  const MPI_Comm comm = mine.partition().comm();
+  const RowTraits rows = row_traits(system.matrix(), points, numbers.diagonal, threads);
+  return {.unknowns = numbers.size,
+          .dimension = points.dimension(),
+          .symmetric = is_symmetric(A, system.points().cloud.volumes()),
+          .dominant = !anywhere(comm, !rows.dominant),
+          .walls = anywhere(comm, !system.points().walls.empty()),
+          .spread = true,
+          .stiffness = median(comm, rows.stiffness)};
 }
 
 /// The compact twin of the system's matrix, see twin.hpp.
 Handle<Mat> twin_of(const Subdomain& mine, const DiffusionSystem& system, const Cloud& points,
                     const Numbering& numbers, int threads) {
   const MPI_Comm comm = mine.partition().comm();
-  const SparseMatrix& A = system.matrix;
+  const SparseMatrix& A = system.matrix();
   const Eigen::VectorXd scales = column_values(
-      mine, system, twin_scales(A, points, numbers.diagonal, system.points.walls, threads));
+      mine, system, twin_scales(A, points, numbers.diagonal, system.points().walls, threads));
   SparseMatrix rows;
   together(comm, [&] { compact_twin(A, points, numbers.diagonal, scales, threads, rows); });
   return make_matrix(comm, rows, numbers.columns);
+}
+
+void check_arguments(const Subdomain& mine, const Operator& laplacian,
+                     const DiffusionOptions& options, bool sourced) {
+  check_options(options.solver);
+  if (laplacian.points != mine.own())
+    throw InvalidInput("the Laplacian does not have the rows of all own points, in order");
+  if (laplacian.volumes.size() != mine.cloud().size())
+    throw InvalidInput("the Laplacian has " + std::to_string(laplacian.volumes.size()) +
+                       " volumes for " + std::to_string(mine.cloud().size()) + " points");
+  if (sourced && options.source.size() != std::ssize(mine.own()))
+    throw InvalidInput("the source has " + std::to_string(options.source.size()) + " entries for " +
+                       std::to_string(mine.own().size()) + " points");
 }
 
 }  // namespace
@@ -214,6 +186,7 @@ Handle<Mat> twin_of(const Subdomain& mine, const DiffusionSystem& system, const 
 struct ImplicitDiffusion::State {
   State(const Subdomain& mine, Operator&& laplacian, const BoundaryConditions& conditions,
         const DiffusionOptions& options);
+  void set_up(const Cloud& points, const Numbering& numbers, const SolverOptions& options);
 
   const Subdomain& mine;
   std::optional<DiffusionSystem> system;
@@ -228,17 +201,7 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
     : mine(mine) {
   const MPI_Comm comm = mine.partition().comm();
   const bool sourced = anywhere(comm, options.source.size() > 0);
-  together(comm, [&] {
-    check_options(options.solver);
-    if (laplacian.points != mine.own())
-      throw InvalidInput("the Laplacian does not have the rows of all own points, in order");
-    if (laplacian.volumes.size() != mine.cloud().size())
-      throw InvalidInput("the Laplacian has " + std::to_string(laplacian.volumes.size()) +
-                         " volumes for " + std::to_string(mine.cloud().size()) + " points");
-    if (sourced && options.source.size() != std::ssize(mine.own()))
-      throw InvalidInput("the source has " + std::to_string(options.source.size()) +
-                         " entries for " + std::to_string(mine.own().size()) + " points");
-  });
+  together(comm, [&] { check_arguments(mine, laplacian, options, sourced); });
   BoundaryConditions all = conditions;
   all.fixed = with_halo(mine, conditions.fixed);
   DiffusionOptions equation = options;
@@ -246,36 +209,37 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   together(comm, [&] { system.emplace(mine.cloud(), laplacian, all, equation); });
   const Cloud points = column_points(mine.cloud(), laplacian.volumes, system->columns());
   laplacian = {};
-
   const Numbering numbers = numbering(mine, *system);
-  const auto& [columns, diagonal, unknowns] = numbers;
-  if (unknowns == 0) {
+  if (numbers.size == 0) {
     nothing = {Method::Krylov, "nothing", "there are no unknowns", 0, {}};
     return;
   }
-  const int threads = options.solver.threads;
-  const std::vector<int>& walls = system->points.walls;
-  const std::vector<RowSum> sums = row_sums(system->matrix);
-  together(comm, [&] { check_rows(mine.cloud(), *system, sums); });
-  check_floating(mine, *system, sums);
-  Traits traits{.dominant = !anywhere(comm, !is_dominant(system->matrix, diagonal, sums)),
-                .multigrid = false,
-                .ratio = stiffness(comm, system->matrix, points, diagonal, sums, threads),
-                .dimension = points.dimension()};
-  traits.multigrid = needs_multigrid(traits.ratio, static_cast<double>(unknowns), traits.dimension);
-  // The twin is worth its making where A has long rows or rows that multigrid cannot use.
-  const Method method = options.solver.method;
-  const bool iterates = method == Method::Auto || method == Method::Krylov;
-  const bool wanted = traits.dimension == 3 || anywhere(comm, !walls.empty());
-  Handle<Mat> twin;
-  if (traits.multigrid && iterates && wanted && !has_option("-pc_type"))
-    twin = twin_of(mine, *system, points, numbers, threads);
-  Handle<Mat> A = make_matrix(comm, system->matrix, columns);
-  SparseMatrix().swap(system->matrix);  // Eigen 3.4 would keep the memory of what is assigned to
-  solver.emplace(comm, std::move(A), std::move(twin), system->points.cloud.volumes(), walls, traits,
-                 options.solver);
-  system->points = {};
-  for (Eigen::VectorXd* v : {&product, &rhs, &solution}) v->resize(std::ssize(sums));
+  together(comm, [&] {
+    check_rows(system->matrix(), [&](int k) {
+      return "point " + std::to_string(mine.cloud().number(system->rows()[k]));
+    });
+  });
+  check_floating(mine, *system);
+  set_up(points, numbers, options.solver);
+  for (Eigen::VectorXd* v : {&product, &rhs, &solution}) v->resize(std::ssize(system->rows()));
+}
+
+/// Hands the system over to a solver.
+void ImplicitDiffusion::State::set_up(const Cloud& points, const Numbering& numbers,
+                                      const SolverOptions& options) {
+  const MPI_Comm comm = mine.partition().comm();
+  SpreadSystem spread{.A = make_matrix(comm, system->matrix(), numbers.columns),
+                      .volumes = system->points().cloud.volumes(),
+                      .walls = system->points().walls,
+                      .traits = {}};
+  spread.traits = traits_of(mine, *system, points, numbers, spread.A.get(), options.threads);
+  const Choice choice = choose(spread.traits, options.method);
+  if (iterates(choice.method) && choice.preconditioner == Preconditioner::TwinMultigrid &&
+      !has_option("-pc_type"))
+    spread.twin = twin_of(mine, *system, points, numbers, options.threads);
+  system->take_matrix();
+  system->take_points();
+  solver.emplace(comm, std::move(spread), choice, options);
 }
 
 ImplicitDiffusion::ImplicitDiffusion(const Subdomain& mine, Operator laplacian,
@@ -298,16 +262,19 @@ SolveReport ImplicitDiffusion::step(Eigen::VectorXd& u) {
                            std::to_string(mine.cloud().number(mine.own()[k])));
   });
   Eigen::VectorXd all = mine.spread(u);
+  const auto span = [](Eigen::VectorXd& v) {
+    return std::span(v.data(), static_cast<std::size_t>(v.size()));
+  };
   SolveReport report;
   if (s.solver) {
     const std::vector<int>& rows = s.system->rows();
     s.solution = all(rows);
     if (s.system->needs_product()) s.solver->multiply(s.solution, s.product);
-    s.system->right_hand_side(all.data(), s.product.data(), s.rhs.data());
+    s.system->right_hand_side(span(all), span(s.product), span(s.rhs));
     report = s.solver->solve(s.rhs, s.solution);
     all(rows) = s.solution;
   }
-  s.system->set_fixed(all.data());
+  s.system->set_fixed(span(all));
   u = all(mine.own());
   return report;
 }

@@ -110,7 +110,7 @@ Positions in_box(const Cloud& cloud) {
   return x;
 }
 
-void check_rows(MPI_Comm comm, Eigen::Index rows, Eigen::Index wanted) {
+void check_row_count(MPI_Comm comm, Eigen::Index rows, Eigen::Index wanted) {
   together(comm, [&] {
     if (rows != wanted)
       throw InvalidInput("there are values for " + std::to_string(rows) + " points, not " +
@@ -189,7 +189,7 @@ void Partition::distribute(const Cloud& given) {
 Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
-  check_rows(comm_, of_given.rows(), roots);
+  check_row_count(comm_, of_given.rows(), roots);
   Eigen::MatrixXd result(leaves, of_given.cols());
   for (Eigen::Index c = 0; c < of_given.cols(); ++c) {
     const double* const from = of_given.col(c).data();
@@ -203,7 +203,7 @@ Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
 Eigen::MatrixXd Partition::to_givers(const Eigen::MatrixXd& of_own) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
-  check_rows(comm_, of_own.rows(), leaves);
+  check_row_count(comm_, of_own.rows(), leaves);
   Eigen::MatrixXd result(roots, of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c) {
     const double* const from = of_own.col(c).data();

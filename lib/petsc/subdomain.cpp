@@ -60,7 +60,7 @@ void Subdomain::spread(MPI_Datatype type, const T* of_own, T* of_all) const {
 }
 
 Eigen::MatrixXd Subdomain::spread(const Eigen::MatrixXd& of_own) const {
-  check_rows(partition_->comm(), of_own.rows(), std::ssize(own_));
+  check_row_count(partition_->comm(), of_own.rows(), std::ssize(own_));
   Eigen::MatrixXd result(cloud_.size(), of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c)
     spread(MPI_DOUBLE, of_own.col(c).data(), result.col(c).data());
@@ -68,7 +68,7 @@ Eigen::MatrixXd Subdomain::spread(const Eigen::MatrixXd& of_own) const {
 }
 
 std::vector<PetscInt> Subdomain::spread(const std::vector<PetscInt>& of_own) const {
-  check_rows(partition_->comm(), std::ssize(of_own), std::ssize(own_));
+  check_row_count(partition_->comm(), std::ssize(of_own), std::ssize(own_));
   std::vector<PetscInt> result(cloud_.size());
   spread(MPIU_INT, of_own.data(), result.data());
   return result;

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/solver.hpp"
+#include "solve/choice.hpp"
 
 // What solvers say, on one machine and on several processes.
 namespace gradpsi {
@@ -28,9 +29,10 @@ inline InvalidInput not_symmetric() {
       "not: use lu or krylov");
 }
 
-inline SolverError indefinite() {
-  return SolverError("the matrix is symmetric but not positive definite: use lu");
-}
+/// Cholesky met a pivot that is not positive.
+struct Indefinite : SolverError {
+  Indefinite() : SolverError("the matrix is symmetric but not positive definite: use lu") {}
+};
 
 /// Constants on a connected set of `count` rows are in the null space; `row` is one of them.
 inline SolverError floating(std::int64_t count, const std::string& row) {
@@ -45,12 +47,11 @@ inline SolverError floating(std::int64_t count, const std::string& row) {
 inline SolverError unsolved(const SolverReport& solver, const SolveReport& result) {
   if (!std::isfinite(result.residual))
     return SolverError("the solution by " + solver.description + " is not finite");
-  const bool iterative = solver.method == Method::Krylov;
-  return SolverError(
-      solver.description + " did not converge: relative residual " + rounded(result.residual) +
-          " after " + std::to_string(result.iterations) +
-          (iterative ? " iterations; try lu" : " refinements; the matrix is nearly singular"),
-      result.residual);
+  return SolverError(solver.description + " did not converge: relative residual " +
+                         rounded(result.residual) + " after " + std::to_string(result.iterations) +
+                         (iterates(solver.method) ? " iterations; try lu"
+                                                  : " refinements; the matrix is nearly singular"),
+                     result.residual);
 }
 
 }  // namespace gradpsi

@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 #include <stdexcept>
-#include <string>
 
+#include "base/text.hpp"
 #include "gradpsi/solver.hpp"
 
 namespace gradpsi {
@@ -17,7 +17,9 @@ struct Elimination {
 
 /// A factor would take more than the memory given.
 struct FactorTooLarge : std::runtime_error {
-  FactorTooLarge(double needed, double given);  // bytes
+  FactorTooLarge(double needed, double given)  // bytes
+      : std::runtime_error("its factor would take " + rounded(needed / 1e9) + " GB of the " +
+                           rounded(given / 1e9) + " GB given") {}
 };
 
 }  // namespace gradpsi

@@ -46,6 +46,20 @@ void Krylov::multiply(const SparseMatrix& A, const double* x, double* y) {
   for_each_product(A, x, threads_, [y](int i, double product) { y[i] = product; });
 }
 
+/// z = M^-1 r, y = A z
+void Krylov::multiply(const SparseMatrix& A, const Precondition& precondition, const double* r,
+                      double* z, double* y) {
+  precondition(r, z);
+  multiply(A, z, y);
+}
+
+/// From the residual as it is now.
+void Krylov::start_anew() {
+  start_ = r_;
+  p_.setZero();
+  v_.setZero();
+}
+
 int Krylov::conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
                                 const Precondition& precondition, const double* b, double* x,
                                 double target, int max_iterations) {
@@ -78,14 +92,9 @@ int Krylov::conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& sc
 
 int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b,
                      double* x, double target, int max_iterations) {
-  double* const r = r_.data();
-  double* const start = start_.data();
-  double* const p = p_.data();
-  double* const v = v_.data();
-  double* const s = s_.data();
-  double* const t = t_.data();
-  double* const y = y_.data();
-  double* const z = z_.data();
+  double *const r = r_.data(), *const start = start_.data(), *const p = p_.data();
+  double *const v = v_.data(), *const s = s_.data(), *const t = t_.data();
+  double *const y = y_.data(), *const z = z_.data();
   double norm = residual(A, b, x, r, threads_);
   if (norm <= target) return 0;
   double rho = 0, alpha = 0, omega = 0, start_norm = 0;
@@ -93,9 +102,7 @@ int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, co
     auto [next] = sum<1>([=](int i) { return std::array{start[i] * r[i]}; });
     // Where the residual has become orthogonal to the one it started from, start again.
     if (rho == 0 || !(std::abs(next) > 1e-14 * start_norm * norm)) {
-      start_ = r_;
-      p_.setZero();
-      v_.setZero();
+      start_anew();
       start_norm = norm;
       next = norm * norm;
       rho = alpha = omega = 1;
@@ -103,14 +110,12 @@ int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, co
     const double beta = next / rho * (alpha / omega);
     rho = next;
     each([=](int i) { p[i] = r[i] + beta * (p[i] - omega * v[i]); });
-    precondition(p, y);
-    multiply(A, y, v);
+    multiply(A, precondition, p, y, v);
     const auto [start_v] = sum<1>([=](int i) { return std::array{start[i] * v[i]}; });
     alpha = rho / start_v;
     if (!std::isfinite(alpha)) return iteration;
     each([=](int i) { s[i] = r[i] - alpha * v[i]; });
-    precondition(s, z);
-    multiply(A, z, t);
+    multiply(A, precondition, s, z, t);
     const auto [ts, tt] = sum<2>([=](int i) { return std::array{t[i] * s[i], t[i] * t[i]}; });
     omega = tt > 0 ? ts / tt : 0;
     const auto [squared] = sum<1>([=](int i) {

@@ -18,10 +18,10 @@ class Krylov {
 
   Krylov(int n, int threads);
 
-  /// Conjugate gradients for S = diag(scale) A symmetric positive definite, M similar to A and
-  /// diag(scale) M symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput. 13,
-  /// 1992), restarted where the residual has become orthogonal to its start. Both start from x and end when |b - A x| <= target by
-  /// their recursion, or after that many iterations. Returns the iterations done.
+  /// Conjugate gradients for S = diag(scale) A symmetric positive definite, M similar to A and diag(scale) M
+  /// symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput.
+  /// 13, 1992), restarted where the residual has become orthogonal to its start. Both start from x and end
+  /// when |b - A x| <= target by their recursion, or after that many iterations. Returns those done.
   int conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
                           const Precondition& precondition, const double* b, double* x,
                           double target, int max_iterations);
@@ -34,6 +34,9 @@ class Krylov {
   template <class F>
   void each(const F& f);
   void multiply(const SparseMatrix& A, const double* x, double* y);
+  void multiply(const SparseMatrix& A, const Precondition& precondition, const double* r, double* z,
+                double* y);
+  void start_anew();
 
   int n_, threads_;
   std::vector<double> partial_;  // sums of each block

@@ -1,12 +1,21 @@
 #include "solve/ordering.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 #include <vector>
+
+#include "base/stopwatch.hpp"
 
 namespace gradpsi {
 namespace {
+
+constexpr std::array<std::pair<Ordering, std::string_view>, 3> names = {
+    {{Ordering::Coordinates, "nested dissection by coordinates"},
+     {Ordering::Amd, "AMD"},
+     {Ordering::Metis, "METIS"}}};
 
 class Dissection {
  public:
@@ -89,6 +98,20 @@ Eigen::VectorXi dissection(const Positions& x, const SparseMatrix& A) {
   Eigen::VectorXi points = Eigen::VectorXi::LinSpaced(x.rows(), 0, static_cast<int>(x.rows()) - 1);
   Dissection(x, A).order({points.data(), static_cast<std::size_t>(points.size())});
   return points;
+}
+
+Elimination elimination(const LinearSystem& system, const SparseMatrix& matrix) {
+  const Ordering ordering = system.options.ordering;
+  if (ordering != Ordering::Coordinates) return {ordering};
+  if (!system.has_points()) return {Ordering::Amd};
+  Stopwatch watch;
+  Elimination result{Ordering::Coordinates, dissection(system.points.cloud.positions(), matrix)};
+  result.seconds = watch.lap();
+  return result;
+}
+
+std::string_view name(Ordering ordering) {
+  return std::ranges::find(names, ordering, &std::pair<Ordering, std::string_view>::first)->second;
 }
 
 }  // namespace gradpsi

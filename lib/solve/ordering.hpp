@@ -4,6 +4,8 @@
 
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/matrix.hpp"
+#include "solve/factor.hpp"
+#include "solve/system.hpp"
 
 namespace gradpsi {
 
@@ -14,5 +16,8 @@ namespace gradpsi {
 /// neighbour behind it separate the halves and come last; then the same in each half. Graph
 /// partitioners have to find by search what the coordinates tell at once. n log n.
 Eigen::VectorXi dissection(const Positions& x, const SparseMatrix& A);
+
+/// The order, as the system's options ask for it, in which a matrix of its unknowns is to be factorised.
+Elimination elimination(const LinearSystem& system, const SparseMatrix& matrix);
 
 }  // namespace gradpsi

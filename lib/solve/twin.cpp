@@ -7,6 +7,7 @@
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
+#include "solve/for_petsc.hpp"
 
 namespace gradpsi {
 namespace {

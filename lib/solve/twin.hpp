@@ -7,8 +7,7 @@
 #include "gradpsi/matrix.hpp"
 
 // Rows may be some of a larger matrix's: `points` are those of the columns, with volumes, and `diagonal` says
-// which of them each row belongs to. The component for PETSc uses these functions, too.
-#pragma GCC visibility push(default)
+// which of them each row belongs to.
 namespace gradpsi {
 
 /// m_i = -sum_j a_ij r_ij^2 / (2d): the diffusivity (times the time step, or not) with which row i of
@@ -30,4 +29,3 @@ void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<
                   const Eigen::VectorXd& scales, int threads, SparseMatrix& twin);
 
 }  // namespace gradpsi
-#pragma GCC visibility pop

@@ -135,9 +135,12 @@ TEST(PartOfACloud, HasTheRowsOfTheWholesDiffusion) {
   DiffusionSystem all(whole, with_conductivity(assemble("laplacian-mixed-soc", whole, near), kappa),
                       {.fixed = {left}, .walls = walls(whole, near, right)}, options);
   const auto right_hand_side = [](DiffusionSystem& system, const Eigen::VectorXd& field) {
-    const Eigen::VectorXd product = system.matrix * field(system.columns());
-    Eigen::VectorXd b(system.matrix.rows());
-    system.right_hand_side(field.data(), product.data(), b.data());
+    const Eigen::VectorXd product = system.matrix() * field(system.columns());
+    Eigen::VectorXd b(system.matrix().rows());
+    const auto numbers = [](auto& vector) {
+      return std::span(vector.data(), static_cast<std::size_t>(vector.size()));
+    };
+    system.right_hand_side(numbers(field), numbers(product), numbers(b));
     return b;
   };
   const Eigen::VectorXd b = right_hand_side(all, u);
@@ -170,11 +173,30 @@ TEST(PartOfACloud, HasTheRowsOfTheWholesDiffusion) {
     for (std::size_t k = 0; k < system.rows().size(); ++k, ++rows) {
       const int i = part.number(system.rows()[k]);
       const auto row = static_cast<int>(std::ranges::find(all.rows(), i) - all.rows().begin());
-      expect_same_row(system.matrix, static_cast<int>(k), names, all.matrix, row);
+      expect_same_row(system.matrix(), static_cast<int>(k), names, all.matrix(), row);
       EXPECT_NEAR(some_b[k], b[row], 1e-13 * b.cwiseAbs().maxCoeff());  // products' own rounding
     }
   }
-  EXPECT_EQ(rows, all.matrix.rows());
+  EXPECT_EQ(rows, all.matrix().rows());
+}
+
+TEST(PartOfACloud, TakesNumbersOfTheRightSizeOnly) {
+  const Cloud whole = irregular_cloud(2, 8);
+  const Operator psi =
+      assemble("laplacian-mixed-zoc", whole, find_neighbours(whole, rich_support(whole)));
+  DiffusionSystem system(whole, psi, {.fixed = {{3, 4}}}, {.time_step = 1, .theta = 0.5});
+  std::vector<double> u(whole.size()), few(whole.size() - 2), fewer(whole.size() - 3);
+  system.right_hand_side(u, few, few);
+  EXPECT_THROW(system.right_hand_side(few, few, few), InvalidInput);
+  EXPECT_THROW(system.right_hand_side(u, fewer, few), InvalidInput);
+  EXPECT_THROW(system.right_hand_side(u, few, fewer), InvalidInput);
+  EXPECT_THROW(system.set_fixed(few), InvalidInput);
+  SparseMatrix other = psi.matrix(), own = system.take_matrix();
+  EXPECT_EQ(system.matrix().nonZeros(), 0);
+  EXPECT_THROW(system.set_time_step(2, other), InvalidInput);
+  const double diagonal = own.coeff(0, 0);
+  system.set_time_step(2, own);
+  EXPECT_NEAR(own.coeff(0, 0), diagonal - 0.5, 1e-12 * diagonal);
 }
 
 TEST(PartOfACloud, IsNoSystemThatOneProcessCanSolve) {

@@ -1,0 +1,41 @@
+#include <cmath>
+#include <string>
+
+#include "base/text.hpp"
+#include "gradpsi/diffusion.hpp"
+#include "gradpsi/error.hpp"
+
+namespace gradpsi {
+
+Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity, Mean mean) {
+  if (laplacian.axes.size() != 1)
+    throw InvalidInput("a conductivity goes with a Laplacian, one matrix, not " +
+                       std::to_string(laplacian.axes.size()));
+  SparseMatrix& psi = laplacian.axes.front();
+  if (conductivity.size() != psi.cols() || (laplacian.points.empty() && psi.rows() != psi.cols()))
+    throw InvalidInput("there are " + std::to_string(conductivity.size()) +
+                       " conductivities for a Laplacian of " + std::to_string(psi.rows()) + " x " +
+                       std::to_string(psi.cols()));
+  for (Eigen::Index i = 0; i < conductivity.size(); ++i)
+    if (!(conductivity[i] > 0 && std::isfinite(conductivity[i])))
+      throw InvalidInput("the conductivity at point " + std::to_string(i) +
+                         " must be > 0 and finite, not " + shortest(conductivity[i]));
+  for (int k = 0; k < psi.rows(); ++k) {
+    const int i = laplacian.points.empty() ? k : laplacian.points[k];
+    double sum = 0;
+    double* diagonal = nullptr;
+    for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
+      const double here = conductivity[i], there = conductivity[a.col()];
+      if (a.col() == i) {
+        diagonal = &a.valueRef();
+      } else {
+        a.valueRef() *= mean == Mean::Arithmetic ? (here + there) / 2 : 2 / (1 / here + 1 / there);
+        sum += a.value();
+      }
+    }
+    if (diagonal) *diagonal = 0 - sum;
+  }
+  return laplacian;
+}
+
+}  // namespace gradpsi

@@ -1,0 +1,13 @@
+#pragma once
+
+#include <memory>
+
+#include "solve/methods.hpp"
+
+namespace gradpsi {
+
+/// Conjugate gradients or BiCGSTAB, preconditioned by the diagonal or by the factor of a twin, either
+/// corrected at walls.
+std::unique_ptr<PreparedMethod> make_krylov();
+
+}  // namespace gradpsi

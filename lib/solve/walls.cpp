@@ -1,0 +1,52 @@
+#include "solve/walls.hpp"
+
+#include <exception>
+#include <vector>
+
+#include "base/resize.hpp"
+#include "matrix/csr.hpp"
+
+namespace gradpsi {
+namespace {
+
+/// The block of these rows and columns.
+SparseMatrix block(const SparseMatrix& A, const std::vector<int>& rows) {
+  std::vector<int> place(A.rows(), -1);
+  for (std::size_t k = 0; k < rows.size(); ++k) place[rows[k]] = static_cast<int>(k);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const int i : rows)
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a)
+      if (place[a.col()] >= 0) entries.emplace_back(place[i], place[a.col()], a.value());
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  SparseMatrix result(count, count);
+  result.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+}  // namespace
+
+void WallCorrection::prepare(const LinearSystem& system) {
+  const std::vector<int>& walls = system.points.walls;
+  if (walls.empty()) return;
+  const SparseMatrix among = block(system.A, walls);
+  try {
+    if (!factor_)
+      factor_.emplace(among, Elimination{}, system.options.memory, system.options.threads);
+    factor_->factorise(among);
+  } catch (const std::exception&) {  // singular or too large: without, then
+    factor_.reset();
+  }
+  resize(residuals_, among.rows());
+  resize(corrections_, among.rows());
+}
+
+void WallCorrection::correct(const LinearSystem& system, const double* r, double* z) {
+  if (!factor_) return;
+  const std::vector<int>& walls = system.points.walls;
+  for (std::size_t k = 0; k < walls.size(); ++k)
+    residuals_[k] = r[walls[k]] - row_product(system.A, walls[k], z);
+  factor_->solve(residuals_.data(), corrections_.data(), 1);
+  for (std::size_t k = 0; k < walls.size(); ++k) z[walls[k]] += corrections_[k];
+}
+
+}  // namespace gradpsi
