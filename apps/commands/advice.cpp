@@ -74,9 +74,9 @@ std::string which_spacing(const Trial& trial, std::vector<Candidate>& all) {
 
 }  // namespace
 
-std::string command_line(const AdviseOptions& options, const Problem& problem, const Candidate& c) {
+std::string command_line(const AdviseOptions& options, const Points& points, const Candidate& c) {
   const Use use = options.what_for();
-  const std::string name_of_field = " --field " + field_column(problem.table, options.fixed);
+  const std::string name_of_field = " --field " + field_column(points.table, options.fixed);
   std::string out = std::string("gradpsi ") +
                     (use == Use::Implicit   ? "diffuse "
                      : use == Use::Explicit ? "assemble "
@@ -84,7 +84,7 @@ std::string command_line(const AdviseOptions& options, const Problem& problem, c
                     options.points.string();
   if (use != Use::Explicit) out += name_of_field;
   out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.support_ratio) +
-         points_options(options, problem.cloud.dimension());
+         points_options(options, points.cloud.dimension());
   if (c.widened > 0 || c.scheme.consistency == Consistency::Positive)
     out += " --on-degenerate widen";
   if (use == Use::Implicit && !options.fixed.empty()) out += " --fixed " + options.fixed;

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "common/operator_options.hpp"
+#include "common/points.hpp"
 #include "studies/candidates.hpp"
 
 // What `gradpsi advise` is asked, and what it says.
 
 namespace gradpsi::apps::candidates {
 
-struct AdviseOptions : OperatorOptions {
+struct AdviseOptions : PointOptions {
   std::string derivative, use = "derivative", fixed;
   double tolerance = 0;
   std::optional<double> wavelength;
@@ -29,7 +29,7 @@ struct AdviseOptions : OperatorOptions {
 };
 
 /// The command line that uses the candidate on these points.
-std::string command_line(const AdviseOptions& options, const Problem& problem, const Candidate& c);
+std::string command_line(const AdviseOptions& options, const Points& points, const Candidate& c);
 
 /// What to take, with the command line that does, or why there is nothing.
 /// @param chosen   null: none

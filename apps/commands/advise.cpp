@@ -12,7 +12,7 @@
 #include "commands.hpp"
 #include "commands/advice.hpp"
 #include "common/columns.hpp"
-#include "common/operator_options.hpp"
+#include "common/points.hpp"
 #include "studies/candidates.hpp"
 
 namespace gradpsi::apps {
@@ -21,13 +21,13 @@ namespace {
 
 using namespace candidates;
 
-void check(const AdviseOptions& options, const Problem& problem) {
+void check(const AdviseOptions& options, const Points& points) {
   if (!(options.tolerance > 0 && std::isfinite(options.tolerance)))
     throw InvalidInput("--tolerance must be > 0 and finite, not " + text(options.tolerance));
-  if (problem.table.has("support"))
+  if (points.table.has("support"))
     throw InvalidInput(options.points.string() +
                        " has a column 'support': there is no support left to choose");
-  if (problem.cloud.size() < 2) throw InvalidInput("advice needs two points at least");
+  if (points.cloud.size() < 2) throw InvalidInput("advice needs two points at least");
 }
 
 /// As asked for, or the extent of the points, that of the box where it is periodic.
@@ -47,21 +47,8 @@ double wavelength(const AdviseOptions& options, const Cloud& cloud, double spaci
   return length;
 }
 
-/// The points without a fixed value.
-std::vector<int> evolving_points(const AdviseOptions& options, const Problem& problem) {
-  const int n = problem.cloud.size();
-  const Eigen::VectorXd fixed = options.fixed.empty()
-                                    ? Eigen::VectorXd(Eigen::VectorXd::Zero(n))
-                                    : finite_column(problem.table, problem.cloud, options.fixed);
-  std::vector<int> evolving;
-  for (int i = 0; i < n; ++i)
-    if (fixed[i] == 0) evolving.push_back(i);
-  if (evolving.empty()) throw InvalidInput("all points are fixed");
-  return evolving;
-}
-
-Trial make_trial(const AdviseOptions& options, const Problem& problem) {
-  const Cloud& cloud = problem.cloud;
+Trial make_trial(const AdviseOptions& options, const Points& points) {
+  const Cloud& cloud = points.cloud;
   const double spacing = cloud.spacing(options.threads);
   const double length = wavelength(options, cloud, spacing);
   Trial trial{.derivative = options.which(),
@@ -70,11 +57,12 @@ Trial make_trial(const AdviseOptions& options, const Problem& problem) {
               .cloud = cloud,
               .spacing = spacing,
               .waves = waves(cloud, length, options.which()),
-              .evolving = evolving_points(options, problem),
+              .evolving = evolving_points(points, options.fixed),
               .sample = {},
               .assembly = {.kernel = kernel(options.kernel),
                            .on_degenerate = OnDegenerate::Widen,
                            .threads = options.threads}};
+  if (trial.evolving.empty()) throw InvalidInput("all points are fixed");
   if (!(std::isnormal(trial.waves.scale) && std::isnormal(std::pow(trial.waves.scale, 2))))
     throw InvalidInput("derivatives of waves of length " + text(length) +
                        " vanish or are beyond the range of a double");
@@ -88,13 +76,13 @@ Trial make_trial(const AdviseOptions& options, const Problem& problem) {
 void run(const AdviseOptions& options) {
   if (options.which() != Derivative::Laplacian && options.what_for() != Use::Derivative)
     throw BadUsage("--use", "explicit and implicit are about Laplacians");
-  const Problem problem = read_points(options);
-  check(options, problem);
-  const Trial trial = make_trial(options, problem);
+  const Points points = read_points(options);
+  check(options, points);
+  const Trial trial = make_trial(options, points);
   std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
   const Candidate* chosen = cheapest(trial, all);
   std::cout << '\n'
-            << advice(trial, all, chosen, chosen ? command_line(options, problem, *chosen) : "")
+            << advice(trial, all, chosen, chosen ? command_line(options, points, *chosen) : "")
             << '\n'
             << table(trial, all, chosen);
   if (options.check) std::cout << '\n' << comparison(trial, chosen);

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "common/operator_options.hpp"
+#include "common/outputs.hpp"
 
 namespace gradpsi::apps {
 
@@ -12,8 +12,8 @@ namespace {
 using std::filesystem::path;
 
 /// OUT.mtx for a Laplacian, OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient.
-std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme, int dimension) {
-  if (scheme.derivative == gradpsi::Derivative::Laplacian) return {output};
+std::vector<path> matrix_files(const path& output, const Scheme& scheme, int dimension) {
+  if (scheme.derivative == Derivative::Laplacian) return {output};
   if (output.extension() != ".mtx")
     throw BadUsage("-o", "of a gradient must end in .mtx, not be " + output.string());
   std::vector<path> files;
@@ -24,13 +24,14 @@ std::vector<path> matrix_files(const path& output, const gradpsi::Scheme& scheme
 }
 
 void run(const OperatorOptions& options, const path& output) {
-  const gradpsi::Scheme scheme = options.scheme;
-  Problem problem = read_points(options);
+  const Scheme scheme = options.scheme;
+  Report report;
+  Problem problem = read_problem(options, report);
   const auto files = matrix_files(output, scheme, problem.cloud.dimension());
   check_outputs(options, files);
-  assemble(options, problem);
-  write_and_report(options, problem, files,
-                   [&] { gradpsi::write_matrix_market(files, problem.op.axes); });
+  assemble(options, problem, report);
+  write_and_report(options, report, problem.table.has("support"), files,
+                   [&] { write_matrix_market(files, problem.op.axes); });
 }
 
 }  // namespace

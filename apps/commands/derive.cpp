@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "common/operator_options.hpp"
+#include "common/outputs.hpp"
 
 namespace gradpsi::apps {
 
@@ -12,20 +12,22 @@ namespace {
 using std::filesystem::path;
 
 void run(const OperatorOptions& options, const std::string& field, const path& output) {
-  const gradpsi::Scheme scheme = options.scheme;
+  const Scheme scheme = options.scheme;
   check_outputs(options, {output});
-  Problem problem = read_points(options);
-  gradpsi::Table& table = problem.table;
+  Report report;
+  Problem problem = read_problem(options, report);
+  Table& table = problem.table;
   const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
-  assemble(options, problem);
+  assemble(options, problem, report);
   const auto& axes = problem.op.axes;
-  if (scheme.derivative == gradpsi::Derivative::Laplacian) {
+  if (scheme.derivative == Derivative::Laplacian) {
     table.add("lap_" + field, axes[0] * u);
   } else {
     const std::array suffixes = {"_x", "_y", "_z"};
     for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
   }
-  write_and_report(options, problem, {output}, [&] { write_table(output, table); });
+  write_and_report(options, report, table.has("support"), {output},
+                   [&] { write_table(output, table); });
 }
 
 }  // namespace

@@ -1,11 +1,13 @@
-// gradpsi diffuse: implicit diffusion, or the steady problem, with a scheme's Laplacian.
+// gradpsi diffuse: implicit diffusion, or the steady problem, with a scheme's Laplacian; and gradpsi-mpi
+// diffuse, by several processes.
+
+#include "commands/diffuse.hpp"
 
 #include <iostream>
-#include <memory>
 
-#include "commands.hpp"
-#include "commands/diffuse_options.hpp"
-#include "common/picture.hpp"
+#include "common/diffusion.hpp"
+#include "common/outputs.hpp"
+#include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
 
@@ -13,97 +15,95 @@ namespace {
 
 using std::filesystem::path;
 
-/// n . grad u = flux: the gradients at the walls' points.
-void add_gradient(const DiffuseOptions& options, Problem& problem, gradpsi::WallConditions& walls) {
-  if (walls.points.empty()) return;
-  gradpsi::AssemblyOptions assembly = assembly_options(options, problem.table);
-  assembly.rows = walls.points;
-  gradpsi::Operator gradient;
-  try {
-    gradient = gradpsi::assemble(options.gradient, problem.cloud, problem.near, assembly);
-  } catch (const gradpsi::StencilError& error) {
-    throw std::runtime_error(gradient_advice(error));
-  }
-  if (const int degenerate = gradient.rows.degenerate(); degenerate > 0) {
-    std::cout << gradient_note(options, degenerate, std::ssize(walls.points));
-    problem.report["degenerate_rows"] = problem.report["degenerate_rows"].get<int>() + degenerate;
-  }
-  walls.gradient = std::move(gradient.axes);
+/// Where the field goes at last.
+path result_file(const DiffuseOptions& options, const Machine& machine) {
+  return options.output.extension() == ".csv" ? options.output : options.beside(machine.ending());
 }
 
-gradpsi::ImplicitDiffusion diffusion(const DiffuseOptions& options, Problem& problem) {
-  const gradpsi::Table& table = problem.table;
-  gradpsi::BoundaryConditions conditions = boundary(options, table, problem.cloud);
-  // Rows that conditions take the place of need not be there.
-  std::vector<int> unused = conditions.fixed.points;
-  unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
-  assemble(options, problem, unused);
-  add_gradient(options, problem, conditions.walls);
-  if (!options.conductivity.empty())
-    problem.op =
-        with_conductivity(std::move(problem.op),
-                          finite_column(table, problem.cloud, options.conductivity), mean(options));
-  return {problem.cloud, problem.op, conditions, equation(options, table, problem.cloud)};
-}
-
-/// VTU files numbered by step, and the .pvd that lists them with their times.
+/// Files numbered by step, and the .pvd that lists them with their times.
 class Series {
  public:
-  Series(const DiffuseOptions& options) : options_(options) {}
+  Series(const DiffuseOptions& options, Machine& machine) : options_(options), machine_(machine) {}
 
-  void write(const gradpsi::Table& table, int step) {
-    const path file = options_.numbered(step, ".vtu"), list = options_.beside(".pvd");
-    check_outputs(options_, {file, list});
-    gradpsi::write_vtu(file, table);
+  void write(const Table& table, int step) {
+    const path file = options_.numbered(step, machine_.ending()), list = options_.beside(".pvd");
+    machine_.write(options_, file, table);
     written_.emplace_back(step * *options_.time_step, file);
-    gradpsi::write_pvd(list, written_);
+    machine_.together([&] {
+      check_outputs(options_, {list});
+      if (machine_.is_first()) write_pvd(list, written_);
+    });
   }
 
  private:
   const DiffuseOptions& options_;
+  Machine& machine_;
   std::vector<std::pair<double, path>> written_;
 };
 
-void run(const DiffuseOptions& options) {
-  options.check();
-  const path picture = options.beside(".png");
-  check_outputs(options, {options.output, picture});
-  Problem problem = read_points(options);
-  gradpsi::Table& table = problem.table;
-  Eigen::VectorXd u = finite_column(table, problem.cloud, options.field);
-  const Range before = range(u);
-  gradpsi::ImplicitDiffusion heat = diffusion(options, problem);
+/// The report, its times and memory the largest of all processes.
+void write_report(const DiffuseOptions& options, const Machine& machine, Report& report) {
+  Seconds& seconds = report.seconds;
+  for (double* stage : {&seconds.read, &seconds.search, &seconds.weights, &seconds.write})
+    *stage = machine.largest(*stage);
+  report.peak_bytes =
+      static_cast<std::int64_t>(machine.largest(static_cast<double>(peak_memory())));
+  machine.together([&] {
+    if (machine.is_first() && !options.report.empty()) write_text(options.report, json(report));
+  });
+}
 
-  Series series(options);
+void run(const DiffuseOptions& options, Machine& machine) {
+  options.check();
+  const path result = result_file(options, machine), picture = options.beside(".png");
+  std::vector<path> files = machine.parts(result);
+  files.push_back(picture);
+  check_outputs(options, files);
+  Report report;
+  machine.read(options, report);
+  Eigen::VectorXd u = column(machine, options.field);
+  const Range before = range(machine, u);
+  const Diffusion heat = diffusion(options, machine, report);
+
+  Series series(options, machine);
   const auto keep = [&](int step) {
-    if (!options.keeps(step)) return;
-    table.set(options.field, u);
-    series.write(table, step);
+    if (options.keeps(step)) series.write(machine.table_with(options.field, u), step);
   };
   keep(0);
-  const Stepper stepper{.step = [&](Eigen::VectorXd& field) { return heat.step(field); },
-                        .largest = [](double x) { return x; }};
-  const auto steps = solve(options, stepper, u, keep);
-  table.set(options.field, u);
-  problem.report["solver"] = json(heat.solver());
-  problem.report["steps"] = steps;
-  const bool talk = write_and_report(options, problem, {options.output},
-                                     [&] { write_table(options.output, table); });
-  const bool drawn =
-      draw_field(picture, problem.cloud.positions(), u, options.field, options.title());
-  if (talk) print_solution(options, heat.solver(), steps, before, range(u), picture, drawn);
+  report.steps = make_steps(options, machine, heat, u, keep);
+  report.solver = heat.solver();
+
+  Stopwatch watch;
+  const Table& table = machine.table_with(options.field, u);
+  machine.write(options, result, table);
+  report.seconds.write = watch.lap();
+  write_report(options, machine, report);
+  const bool drawn = machine.draw(picture, table, options.field, options.title());
+  const Range after = range(machine, u);
+  if (!machine.is_first() ||
+      !print_summary(options, report, machine.table().has("support"), {result}))
+    return;
+  print_solution(options, *report.solver, *report.steps, before, after);
+  if (drawn)
+    std::cout << "picture: " << picture.string() << '\n';
+  else
+    std::cout << "no picture: gnuplot could not draw one (is gnuplot-nox installed?)\n";
 }
 
 }  // namespace
 
-std::function<void()> declare_diffuse(Options& options) {
+std::function<void()> declare_diffuse(Options& options, const DiffuseProgram& program) {
   auto wanted = std::make_shared<DiffuseOptions>();
-  wanted->declare_diffusion(
-      options,
-      "OUT.csv or OUT.vtu: the input's columns, the field as it is at last; and a\n"
-      "picture of it, OUT.png",
-      "gradpsi");
-  return [wanted] { run(*wanted); };
+  wanted->declare_diffusion(options, program.output, program.call);
+  return [wanted, machine = program.machine] { run(*wanted, *machine()); };
+}
+
+std::function<void()> declare_diffuse(Options& options) {
+  return declare_diffuse(
+      options, {.call = "gradpsi",
+                .output = "OUT.csv or OUT.vtu: the input's columns, the field as it is at last; "
+                          "and a\npicture of it, OUT.png",
+                .machine = one_process});
 }
 
 }  // namespace gradpsi::apps

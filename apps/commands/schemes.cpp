@@ -3,26 +3,13 @@
 #include <cstdio>
 #include <gradpsi/scheme.hpp>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "common/report.hpp"
 
 namespace gradpsi::apps {
 
 namespace {
-
-void print_json() {
-  auto list = nlohmann::ordered_json::array();
-  for (const gradpsi::Scheme& scheme : gradpsi::schemes())
-    list.push_back({{"name", name(scheme)},
-                    {"derivative", name(scheme.derivative)},
-                    {"weight", name(scheme.weight)},
-                    {"consistency", consistency_name(scheme)},
-                    {"formula", formula(scheme)},
-                    {"conditions", conditions(scheme)},
-                    {"volume_scaled_symmetry", name(symmetry(scheme))}});
-  std::cout << list.dump(2) << '\n';
-}
 
 void print_table() {
   std::cout
@@ -32,18 +19,23 @@ void print_table() {
          "paper's equation;\nthe last column holds with one support for all points.\n\n";
   const auto line = [](auto... columns) { std::printf("%-25s  %-61s  %-53s  %s\n", columns...); };
   line("name", "G_ij or psi_ij", "conditions met", "omega_i a_ij");
-  for (const gradpsi::Scheme& scheme : gradpsi::schemes())
+  for (const Scheme& scheme : schemes())
     line(name(scheme).c_str(), formula(scheme).c_str(), conditions(scheme).data(),
-         symmetry(scheme) == gradpsi::Symmetry::None ? "-" : name(symmetry(scheme)).data());
+         symmetry(scheme) == Symmetry::None ? "-" : name(symmetry(scheme)).data());
 }
 
 }  // namespace
 
 std::function<void()> declare_schemes(Options& options) {
-  auto json = std::make_shared<bool>(false);
-  options.flag("--json", *json, "The same as a JSON array");
+  auto json_wanted = std::make_shared<bool>(false);
+  options.flag("--json", *json_wanted, "The same as a JSON array");
   options.examples("Example: gradpsi schemes --json");
-  return [json] { *json ? print_json() : print_table(); };
+  return [json_wanted] {
+    if (*json_wanted)
+      std::cout << json(schemes());
+    else
+      print_table();
+  };
 }
 
 }  // namespace gradpsi::apps

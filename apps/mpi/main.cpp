@@ -10,8 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "commands/diffuse.hpp"
 #include "common/process.hpp"
-#include "mpi/commands.hpp"
+#include "mpi/machine.hpp"
 
 namespace gradpsi::apps {
 
@@ -69,6 +70,15 @@ void warn_of_unused_options(bool speaks) {
     PetscOptionsClearValue(nullptr, name.c_str());
   }
   PetscOptionsLeftRestore(nullptr, &count, &names, &values);
+}
+
+std::function<void()> declare_mpi_diffuse(Options& options) {
+  return declare_diffuse(
+      options,
+      {.call = "mpirun -n 2 gradpsi-mpi",
+       .output = "OUT.csv: the input's columns, the field as it is at last. OUT.vtu: the same as "
+                 "OUT.pvtu\nand a piece a process, OUT_rank0.vtu, .. And a picture of it, OUT.png",
+       .machine = several_processes});
 }
 
 }  // namespace

@@ -173,9 +173,7 @@ Candidate* most_accurate(const Trial& trial, std::vector<Candidate>& all) {
   return found == by_error.end() ? nullptr : *found;
 }
 
-int order(const Scheme& scheme) {
-  return degree(scheme) + 1 - gradpsi::order(scheme.derivative);
-}
+int order(const Scheme& scheme) { return degree(scheme) + 1 - gradpsi::order(scheme.derivative); }
 
 std::optional<Spacing> sufficient_spacing(const Trial& trial, std::vector<Candidate>& all) {
   Spacing coarsest{0, nullptr};

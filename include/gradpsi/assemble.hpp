@@ -60,6 +60,13 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
                 const AssemblyOptions& options = {});
 
+/// Does for an operator that was assembled with OnDegenerate::Zero what OnDegenerate::Fail does, but for rows
+/// that are not needed.
+/// @param op      of `scheme` on `cloud`
+/// @param except  points whose rows may be degenerate, in any order
+/// @throws StencilError  for the first degenerate row of another point, as assemble()
+void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::vector<int> except);
+
 /// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
 /// @param cloud    n points
 /// @param near     their neighbours

@@ -1,0 +1,123 @@
+#include "common/diffuse_options.hpp"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "common/outputs.hpp"
+
+namespace gradpsi::apps {
+
+using std::filesystem::path;
+
+path DiffuseOptions::beside(const std::string& ending) const {
+  return path(output).replace_filename(output.stem().string() + ending);
+}
+
+bool DiffuseOptions::keeps(int step) const {
+  return every && (step % *every == 0 || step == steps);
+}
+
+path DiffuseOptions::numbered(int step, const std::string& ending) const {
+  std::string number = std::to_string(step);
+  number.insert(0, std::to_string(*steps).size() - number.size(), '0');
+  return beside("_" + number + ending);
+}
+
+std::string DiffuseOptions::title() const {
+  return field + ", " + scheme + ", " + (steady ? "steady" : "t = " + text(*steps * *time_step));
+}
+
+void DiffuseOptions::check() const {
+  if (!steady && (!time_step || !steps))
+    throw BadUsage("diffuse", "needs --time-step and --steps, or --steady");
+  if (Scheme(scheme).derivative != Derivative::Laplacian)
+    throw InvalidInput(scheme + " is not a Laplacian");
+  for (const char* taken : {"x", "y", "z", "volume", "support"})
+    if (field == taken)
+      throw InvalidInput("column '" + field + "' describes the points, it is not a field");
+  if (!steady && !std::isfinite(*time_step))
+    throw InvalidInput("--time-step must be finite; --steady is for the steady field");
+  static_cast<void>(gradpsi::method(method));
+  if (Scheme(gradient).derivative != Derivative::Gradient)
+    throw InvalidInput(gradient + " is not a gradient");
+}
+
+void DiffuseOptions::declare_field(Options& options) {
+  options.text("--field", field, "COLUMN", "The column u to start from")
+      .check(not_empty)
+      .required();
+  options.number("--diffusivity", diffusivity, "NU", "nu in du/dt = nu lap u + f");
+}
+
+Option DiffuseOptions::declare_steps(Options& options) {
+  options.number("--time-step", time_step, "DT", "Of the implicit steps");
+  options.count("--steps", steps, from_one, "N", "How many");
+  options
+      .number("--theta", theta, "1|0.5", "1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2")
+      .check([](const std::string& given) {
+        const double theta = std::strtod(given.c_str(), nullptr);
+        return theta == 1 || theta == 0.5 ? "" : "must be 1 or 0.5, not " + given;
+      });
+  return options.flag(
+      "--steady", steady,
+      "Solve -nu lap u = f in one go; --time-step, --steps and --theta do not count then");
+}
+
+void DiffuseOptions::declare_conditions(Options& options) {
+  options.text("--fixed", fixed, "COLUMN", "Points where this column is not 0 keep their value")
+      .check(not_empty);
+  const Option normals =
+      options
+          .text("--normal", normal, "PREFIX",
+                "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
+                "that are not fixed, obey n . grad u = flux instead")
+          .check(not_empty);
+  options.text("--flux", flux, "COLUMN", "Column of that flux; 0 without")
+      .check(not_empty)
+      .needs(normals);
+  options.text("--gradient", gradient, "NAME", "Scheme of that gradient").needs(normals);
+}
+
+void DiffuseOptions::declare_materials(Options& options) {
+  const Option conductivities = options
+                                    .text("--conductivity", conductivity, "COLUMN",
+                                          "Column kappa > 0 in du/dt = nu div(kappa grad u) + f")
+                                    .check(not_empty);
+  options
+      .choice("--mean", mean, {"arithmetic", "harmonic"}, "MEAN",
+              "Of kappa between two points: arithmetic where it is smooth, harmonic where it\n"
+              "jumps")
+      .needs(conductivities);
+  options.text("--source", source, "COLUMN", "Column of f; 0 without").check(not_empty);
+}
+
+void DiffuseOptions::declare_solver(Options& options) {
+  options.text("--method", method, "NAME",
+               "auto, cholesky (symmetric matrices only), lu or krylov; auto says what it took");
+  options.number("--memory", memory, "GB",
+                 "What a factorisation may take; 0: three quarters of the machine's");
+}
+
+void DiffuseOptions::declare_diffusion(Options& options, const std::string& output_words,
+                                       const std::string& program) {
+  declare(options);
+  declare_field(options);
+  const Option steady_flag = declare_steps(options);
+  declare_conditions(options);
+  declare_materials(options);
+  declare_solver(options);
+  options
+      .count("--every", every, from_one, "K",
+             "Write every K-th field as OUT_<step>.vtu, and OUT.pvd, which ParaView plays")
+      .excludes(steady_flag);
+  declare_table_output(options, output, output_words).required();
+  const std::string call = program + " diffuse points.csv --field T ";
+  options.examples("Examples:\n  " + call +
+                   "--scheme laplacian-mixed-zoc --support-ratio 3 \\\n    --diffusivity 0.1 "
+                   "--time-step 0.01 --steps 100 --fixed wall -o T.vtu\n  " +
+                   call +
+                   "--scheme laplacian-mixed-soc --support-ratio 3 \\\n    --steady --fixed wall "
+                   "-o T.csv");
+}
+
+}  // namespace gradpsi::apps

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <functional>
+#include <gradpsi/diffusion.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/operators.hpp"
+
+namespace gradpsi::apps {
+
+/// Implicit steps: step(u) replaces u by that of the next time.
+struct Diffusion {
+  std::function<SolveReport(Eigen::VectorXd& u)> step;
+  std::function<SolverReport()> solver;
+};
+
+/// The stages of a command, as one process or several that share the points take them. All processes call all
+/// functions, in the same order; points are each process's own ones.
+class Machine {
+ public:
+  virtual ~Machine() = default;
+
+  /// Whether this process is the one that prints and writes what there is only one of.
+  virtual bool is_first() const { return true; }
+  /// Calls work(); if it fails in any process, all of them throw.
+  virtual void together(const std::function<void()>& work) const { work(); }
+  /// Of all processes' values.
+  virtual std::int64_t sum(std::int64_t value) const { return value; }
+  virtual double least(double value) const { return value; }
+  virtual double largest(double value) const { return value; }
+
+  /// Reads the points, and begins the report.
+  virtual void read(const OperatorOptions& options, Report& report) = 0;
+  virtual const Table& table() const = 0;
+  virtual const Cloud& cloud() const = 0;
+
+  /// Finds the neighbours, and warns on standard error of what about the points deserves it.
+  virtual void find_neighbours(const OperatorOptions& options, Report& report) = 0;
+  /// What operators and conditions call the points.
+  virtual std::vector<int> places(std::vector<int> points) const { return points; }
+  virtual Operator assemble(const Scheme& scheme, const AssemblyOptions& options) = 0;
+  /// Throws for degenerate rows that are not of these points.
+  virtual void require(const Scheme& scheme, const Operator& op,
+                       const std::vector<int>& except) const = 0;
+  /// Reports an operator of all points.
+  virtual void describe(const Operator& op, Report& report) const = 0;
+  virtual Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
+                                     Mean mean) = 0;
+  /// The last stage: neighbours are not needed any more.
+  virtual Diffusion diffusion(Operator laplacian, const BoundaryConditions& conditions,
+                              const DiffusionOptions& options) = 0;
+
+  /// The table as the file has it, one column replaced by u.
+  virtual const Table& table_with(const std::string& name, const Eigen::VectorXd& u) = 0;
+  /// What files for ParaView end in.
+  virtual std::string ending() const = 0;
+  /// All files that are written for this one.
+  virtual std::vector<std::filesystem::path> parts(const std::filesystem::path& file) const = 0;
+  /// Writes a table that table_with() has given.
+  virtual void write(const OperatorOptions& options, const std::filesystem::path& file,
+                     const Table& table) = 0;
+  /// A picture of one of its columns.
+  /// @return  whether there is one
+  virtual bool draw(const std::filesystem::path& picture, const Table& table,
+                    const std::string& name, const std::string& title) = 0;
+};
+
+/// This process alone.
+std::unique_ptr<Machine> one_process();
+
+}  // namespace gradpsi::apps

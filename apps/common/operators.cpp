@@ -1,0 +1,137 @@
+#include "common/operators.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <gradpsi/neighbours.hpp>
+#include <gradpsi/scheme.hpp>
+#include <iostream>
+
+#include "common/median.hpp"
+#include "common/stopwatch.hpp"
+
+namespace gradpsi::apps {
+
+void OperatorOptions::declare(Options& options) {
+  declare_points(options);
+  options.text("--scheme", scheme, "NAME", "One of those that `gradpsi schemes` lists").required();
+  const Option absolute = options.number(
+      "--support", support, "H", "Support radius h, a length: the kernel is 0 from r = h on");
+  options
+      .number("--support-ratio", support_ratio, "K",
+              "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
+              "volumes the median distance to the nearest point. A column `support`, one h a\n"
+              "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
+      .excludes(absolute);
+  options.choice(
+      "--on-degenerate", on_degenerate, {"fail", "lower", "widen", "zero"}, "POLICY",
+      "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
+      "to three times, or leave them zero [fail; widen where no support is given]");
+  options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
+}
+
+Eigen::VectorXd supports(const OperatorOptions& options, const Table& table,
+                         const std::function<double()>& spacing) {
+  if (table.has("support")) return table.column("support");
+  if (options.support) return Eigen::VectorXd::Constant(1, *options.support);
+  const auto ratio = options.support_ratio ? options.support_ratio : support_ratio(options.scheme);
+  if (!ratio)
+    throw InvalidInput(options.points.string() +
+                       " has no column 'support': give --support or --support-ratio");
+  if (!(*ratio > 0 && std::isfinite(*ratio)))
+    throw InvalidInput("--support-ratio must be > 0 and finite, not " + text(*ratio));
+  return Eigen::VectorXd::Constant(1, *ratio * spacing());
+}
+
+AssemblyOptions assembly_options(const OperatorOptions& options, const Table& table) {
+  const bool given = options.support || options.support_ratio || table.has("support");
+  const std::string policy = options.on_degenerate.value_or(given ? "fail" : "widen");
+  return {.kernel = kernel(options.kernel),
+          .on_degenerate = policy == "fail"    ? OnDegenerate::Fail
+                           : policy == "lower" ? OnDegenerate::Lower
+                           : policy == "widen" ? OnDegenerate::Widen
+                                               : OnDegenerate::Zero,
+          .threads = options.threads};
+}
+
+Problem read_problem(const PointOptions& options, Report& report) {
+  Stopwatch watch;
+  Problem problem{read_points(options)};
+  report.points = problem.cloud.size();
+  report.dropped_points = problem.dropped;
+  report.threads = options.threads > 0 ? options.threads : omp_get_max_threads();
+  report.seconds.read = watch.lap();
+  return problem;
+}
+
+void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
+  Stopwatch watch;
+  const bool empty = problem.cloud.size() == 0;  // no rows, no supports
+  const Eigen::VectorXd h = supports(
+      options, problem.table, [&] { return empty ? 1 : problem.cloud.spacing(options.threads); });
+  problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
+  report.warnings = warnings(problem.cloud, problem.near, options.threads);
+  for (const std::string& warning : report.warnings) std::cerr << "warning: " << warning << '\n';
+  report.seconds.search = watch.lap();
+}
+
+namespace {
+
+NeighbourCounts neighbour_counts(const Neighbours& near) {
+  if (near.size() == 0) return {};
+  std::vector<double> counts(near.size());
+  for (int i = 0; i < near.size(); ++i) counts[i] = near.count(i);
+  const auto [least, most] = std::ranges::minmax(counts);
+  return {static_cast<int>(least), median(counts), static_cast<int>(most)};
+}
+
+}  // namespace
+
+DegenerateRows degenerate_rows(const Operator& op, const Cloud& cloud) {
+  const RowReport& rows = op.rows;
+  DegenerateRows result;
+  for (int k = 0; k < static_cast<int>(rows.outcome.size()); ++k) {
+    const RowOutcome outcome = rows.outcome[k];
+    if (outcome == RowOutcome::AsAsked) continue;
+    ++(outcome == RowOutcome::Lowered   ? result.lowered
+       : outcome == RowOutcome::Widened ? result.widened
+                                        : result.zero);
+    result.rows.push_back({cloud.number(op.points.empty() ? k : op.points[k]), outcome,
+                           rows.degree[k], rows.neighbours[k], rows.supports[k],
+                           rows.reciprocal_condition[k]});
+  }
+  return result;
+}
+
+void describe(const Operator& op, const Problem& problem, Report& report) {
+  report.entries = op.matrix().nonZeros();
+  report.neighbours = neighbour_counts(problem.near);
+  report.degenerate = degenerate_rows(op, problem.cloud);
+  report.degenerate_rows = report.degenerate.count();
+  if (Eigen::Index worst; op.rows.reciprocal_condition.size() > 0) {
+    const double least = op.rows.reciprocal_condition.minCoeff(&worst);
+    report.worst = {least, worst};
+  }
+}
+
+void assemble(const OperatorOptions& options, Problem& problem, Report& report) {
+  const AssemblyOptions assembly = assembly_options(options, problem.table);
+  find_neighbours(options, problem, report);
+  Stopwatch watch;
+  try {
+    problem.op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
+  } catch (const StencilError& error) {
+    throw std::runtime_error(advice(error, report));
+  }
+  report.seconds.weights = watch.lap();
+  describe(problem.op, problem, report);
+}
+
+std::string advice(const StencilError& error, const Report& report) {
+  std::string message = error.what();
+  if (report.dropped_points > 0) message += " (dropped points are not counted)";
+  return message + "; try a larger support or --on-degenerate widen";
+}
+
+}  // namespace gradpsi::apps

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+#include <gradpsi/assemble.hpp>
+#include <gradpsi/error.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/points.hpp"
+#include "common/report.hpp"
+
+// The operator on the points of a file.
+
+namespace gradpsi::apps {
+
+/// The options that say which operator is assembled on which points, the same in every command.
+struct OperatorOptions : PointOptions {
+  std::string scheme;
+  std::optional<double> support, support_ratio;
+  std::optional<std::string> on_degenerate;
+  std::filesystem::path report;
+
+  void declare(Options& options);
+};
+
+/// One support for all or one for each row of the table; the spacing is asked for if it is needed.
+Eigen::VectorXd supports(const OperatorOptions& options, const Table& table,
+                         const std::function<double()>& spacing);
+
+/// Kernel, policy for degenerate rows and threads. Without a policy such rows are an error, unless the
+/// support is the scheme's own: then they are widened.
+AssemblyOptions assembly_options(const OperatorOptions& options, const Table& table);
+
+/// The points of a file and the operator on them.
+struct Problem : Points {
+  Neighbours near = {};
+  Operator op = {};
+};
+
+/// Reads the points, and begins the report; neighbours and operator are still empty.
+Problem read_problem(const PointOptions& options, Report& report);
+
+/// Finds the neighbours, and warns on standard error of what about the points deserves it.
+void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report);
+
+/// Reports an operator of all points.
+void describe(const Operator& op, const Problem& problem, Report& report);
+
+/// Finds the neighbours and assembles the operator.
+void assemble(const OperatorOptions& options, Problem& problem, Report& report);
+
+/// The rows that were lowered, widened or left zero, by the points' numbers.
+DegenerateRows degenerate_rows(const Operator& op, const Cloud& cloud);
+
+/// What a user can do about a row that cannot be computed.
+std::string advice(const StencilError& error, const Report& report);
+
+}  // namespace gradpsi::apps

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/operators.hpp"
+
+// Results, the report, and what is said of them.
+
+namespace gradpsi::apps {
+
+/// OUT of -o: a file that ends in .csv or .vtu, written by write_table().
+Option declare_table_output(Options& options, std::filesystem::path& output,
+                            const std::string& description);
+void write_table(const std::filesystem::path& file, const Table& table);
+
+/// Throws unless the files can be written, as far as can be told beforehand, and are neither the points
+/// nor the report nor one another. To be called before long work.
+void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::path> files);
+
+/// The most memory that this process has had, in bytes.
+std::int64_t peak_memory();
+
+/// Adds the peak memory to the report and writes it where --report says.
+void write_report(const OperatorOptions& options, Report& report);
+
+/// Prints what was assembled and written, unless that went to standard output itself.
+/// @param support_column  whether the points have one
+/// @return  whether more may be printed
+bool print_summary(const OperatorOptions& options, const Report& report, bool support_column,
+                   const std::vector<std::filesystem::path>& files);
+
+/// Calls write(), reports its time, writes the report, and prints the summary.
+void write_and_report(const OperatorOptions& options, Report& report, bool support_column,
+                      const std::vector<std::filesystem::path>& files,
+                      const std::function<void()>& write);
+
+}  // namespace gradpsi::apps

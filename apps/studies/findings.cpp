@@ -1,0 +1,78 @@
+#include "studies/findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gradpsi::apps {
+
+namespace {
+
+/// Residuals of the conditions that row i still promises, times dx^(q - k).
+Eigen::VectorXd promised_residuals(const Scheme& scheme, const Operator& op,
+                                   const RowDiagnosis& rows, int dimension) {
+  const int q = scheme.derivative == Derivative::Gradient ? 1 : 2;
+  Eigen::VectorXd worst = Eigen::VectorXd::Zero(rows.residuals.rows());
+  for (Eigen::Index i = 0; i < worst.size(); ++i) {
+    const double dx = std::pow(op.volumes[i], 1.0 / dimension);
+    for (int k = 0; k <= op.rows.degree[i]; ++k)
+      worst[i] = std::max(worst[i], rows.residuals(i, k) * std::pow(dx, q - k));
+  }
+  return worst;
+}
+
+}  // namespace
+
+Findings examine(const Scheme& scheme, const Problem& problem, const std::vector<int>& evolving,
+                 bool spectrum, int threads) {
+  const Operator& op = problem.op;
+  const int d = problem.cloud.dimension();
+  Findings f(scheme, diagnose(scheme, problem.cloud, op, threads));
+  f.residual = promised_residuals(f.scheme, op, f.rows, d);
+  if (problem.cloud.size() > 0) f.spacing = std::pow(op.volumes.mean(), 1.0 / d);
+  f.evolving = evolving;
+  if (!f.laplacian()) return f;
+  const auto A = principal_part(op.matrix(), f.evolving);
+  const Eigen::VectorXd volumes = op.volumes(f.evolving);
+  f.matrix = summarise(A, volumes);
+  f.forecast = forecast(problem.cloud, op.matrix(), f.evolving, op.volumes);
+  if (spectrum) f.spectrum = gradpsi::spectrum(A, volumes, 2000, threads);
+  return f;
+}
+
+Distribution::Distribution(const Eigen::VectorXd& of) : values(of.begin(), of.end()) {
+  if (of.size() > 0) of.maxCoeff(&largest_at);
+  if (of.size() > 0) of.minCoeff(&least_at);
+  std::ranges::sort(values);
+}
+
+double Distribution::quantile(double share) const {
+  if (values.empty()) return 0;
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+std::string count(Eigen::Index n, const std::string& what) {
+  return std::to_string(n) + ' ' + what + (n == 1 ? "" : "s");
+}
+
+std::string at(const Problem& problem, Eigen::Index i) {
+  std::string where = "point " + std::to_string(i) + " (";
+  for (int a = 0; a < problem.cloud.dimension(); ++a)
+    where += (a > 0 ? ", " : "") + text(problem.cloud.positions()(i, a));
+  return where + ")";
+}
+
+void add_columns(Table& table, const RowReport& rows, const Findings& f) {
+  Eigen::VectorXd outcome(rows.outcome.size());
+  for (Eigen::Index i = 0; i < outcome.size(); ++i) outcome[i] = static_cast<int>(rows.outcome[i]);
+  table.add("neighbours", rows.neighbours.cast<double>());
+  table.add("support_used", rows.supports);
+  table.add("reciprocal_condition", rows.reciprocal_condition);
+  table.add("outcome", outcome);
+  table.add("degree", rows.degree.cast<double>());
+  table.add("amplification", f.rows.amplification);
+  table.add("negative_share", f.rows.negative_share);
+  table.add("residual", f.residual);
+  table.add("error_bound", f.error_bound());
+}
+
+}  // namespace gradpsi::apps

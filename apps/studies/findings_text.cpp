@@ -1,0 +1,97 @@
+#include "studies/findings_text.hpp"
+
+#include <iostream>
+
+#include "studies/verdict.hpp"
+
+namespace gradpsi::apps {
+
+namespace {
+
+std::string yes_no(bool b) { return b ? "yes" : "no"; }
+
+template <class... Parts>
+void line(const std::string& label, const Parts&... parts) {
+  std::cout << "  " << label << std::string(22 - std::min<std::size_t>(21, label.size()), ' ');
+  (std::cout << ... << parts) << '\n';
+}
+
+void print_rows(const Problem& problem, const Findings& f, const Report& report) {
+  const auto& rows = problem.op.rows;
+  std::cout << name(f.scheme) << ": " << count(problem.cloud.size(), "point") << " in "
+            << problem.cloud.dimension() << "D, spacing " << text(f.spacing) << '\n';
+  if (problem.cloud.size() == 0) return;
+  std::cout << "rows\n";
+  const auto& neighbours = report.neighbours;
+  line("neighbours", neighbours.min, " to ", neighbours.max, ", median ", text(neighbours.median),
+       "; supports ", text(rows.supports.minCoeff() / f.spacing), " to ",
+       text(rows.supports.maxCoeff() / f.spacing), " spacings");
+  if (rows.degenerate() > 0) {
+    const auto& bad = report.degenerate;
+    line("degenerate", rows.degenerate(), ": ", bad.lowered, " lowered, ", bad.widened,
+         " widened, ", bad.zero, " zero; the first is ", at(problem, bad.rows.front().point));
+  }
+  const Distribution condition(rows.reciprocal_condition), amplification(f.rows.amplification);
+  if (f.scheme.consistency != Consistency::Zoc)
+    line("reciprocal condition", "least ", text(condition.quantile(0)), " at ",
+         at(problem, condition.least_at), ", median ", text(condition.quantile(0.5)));
+  line("amplification", "median ", text(amplification.quantile(0.5)), ", 99 % up to ",
+       text(amplification.quantile(0.99)), ", largest ", text(amplification.quantile(1)), " at ",
+       at(problem, amplification.largest_at));
+  if (f.laplacian()) line("negative weights", text(100 * f.rows.negative_share.mean()), " %");
+  const Distribution residual(f.residual);
+  line("conditions met to", text(residual.quantile(1)), " at worst (", conditions(f.scheme), ")");
+  if (const int P = degree(f.scheme); P >= (f.laplacian() ? 2 : 1)) {
+    const Distribution bound(f.rows.remainders.col(P + 1));
+    line("error at most", text(bound.quantile(0.5)), " (median), ", text(bound.quantile(1)),
+         " (worst, ", at(problem, bound.largest_at), ")");
+    line("", "times the largest derivative of u of order ", P + 1);
+  } else {
+    const Distribution off(f.rows.residuals.col(f.laplacian() ? 2 : 1));
+    line("not promised", f.laplacian() ? "sum psi r r = 2 I [10]" : "sum G r = I [4]", ": off by ",
+         text(off.quantile(0.5)), " (median), ", text(off.quantile(1)), " (worst)");
+  }
+}
+
+void print_matrix(const Findings& f) {
+  const auto& m = f.matrix;
+  const auto steps = [&](double size) {
+    return text(size) + " = " + text(size / f.unit()) + " dx^2";
+  };
+  std::cout << "matrix of the " << count(f.evolving.size(), "point") << " that evolve\n";
+  line("symmetric by volumes", yes_no(m.symmetric), "; diagonally dominant: ", yes_no(m.dominant),
+       "; minus it an M-matrix: ", yes_no(m.m_matrix), "; bandwidth ", m.bandwidth);
+  line("eigenvalues", "real parts in [", text(m.leftmost * f.unit()), ", ",
+       text(m.rightmost * f.unit()), "] / dx^2, by Gershgorin");
+  if (!f.spectrum) return;
+  const Spectrum& s = *f.spectrum;
+  line("computed", s.complete ? "all" : "the outermost", ": real parts in [",
+       text(s.leftmost() * f.unit()), ", ", text(s.rightmost() * f.unit()),
+       "] / dx^2, imaginary parts up to ", text(s.widest() * f.unit()), " / dx^2");
+  const double euler = largest_stable_step(s, Stepper::Euler),
+               rk4 = largest_stable_step(s, Stepper::RungeKutta4);
+  line("", "explicit steps: ",
+       euler == 0 ? std::string("neither Euler nor RK4 is stable, whatever the step")
+                  : "dt nu up to " + steps(euler) + " with Euler, " + steps(rk4) + " with RK4");
+  const auto singular = singular_steps(s);
+  if (singular.empty())
+    line("", "implicit steps: I - dt nu Psi is regular at any dt");
+  else
+    line("", "implicit steps: I - dt nu Psi is singular at dt nu = ", steps(singular.front()),
+         singular.size() > 1 ? " and " + count(std::ssize(singular) - 1, "larger one") : "");
+}
+
+}  // namespace
+
+void print(const Problem& problem, const Findings& f, const Report& report) {
+  print_rows(problem, f, report);
+  if (problem.cloud.size() == 0) return;
+  if (f.laplacian()) print_matrix(f);
+  std::cout << "verdict\n";
+  line("derivatives", on_derivatives(f, problem.op.rows));
+  if (!f.laplacian()) return;
+  line("explicit steps", on_explicit_steps(problem, f));
+  line("implicit steps", on_implicit_steps(f));
+}
+
+}  // namespace gradpsi::apps
