@@ -11,20 +11,39 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <gradpsi/petsc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
-
-#include "../lib/base/stopwatch.hpp"
-#include "../lib/petsc/collective.hpp"
 
 namespace {
 
 namespace petsc = gradpsi::petsc;
 MPI_Comm comm() { return PETSC_COMM_WORLD; }
+
+int rank() {
+  int rank;
+  MPI_Comm_rank(comm(), &rank);
+  return rank;
+}
+
+int ranks() {
+  int count;
+  MPI_Comm_size(comm(), &count);
+  return count;
+}
+
+/// Of all processes' values, by MPI_SUM or MPI_MAX.
+double reduced(double value, MPI_Op operation) {
+  MPI_Allreduce(MPI_IN_PLACE, &value, 1, MPI_DOUBLE, operation, comm());
+  return value;
+}
+double largest(double value) { return reduced(value, MPI_MAX); }
+double mean(double value) { return reduced(value, MPI_SUM) / ranks(); }
 
 double noise(std::uint64_t x) {  // -1 to 1
   x *= 0x9E3779B97F4A7C15u;
@@ -36,8 +55,7 @@ double noise(std::uint64_t x) {  // -1 to 1
 gradpsi::Cloud share(int dimension, int side) {
   std::int64_t n = 1;
   for (int a = 0; a < dimension; ++a) n *= side;
-  const int rank = petsc::rank_of(comm()), all = petsc::processes(comm());
-  const std::int64_t begin = n * rank / all, end = n * (rank + 1) / all;
+  const std::int64_t begin = n * rank() / ranks(), end = n * (rank() + 1) / ranks();
   gradpsi::Positions x(end - begin, dimension);
   for (std::int64_t i = begin; i < end; ++i) {
     std::int64_t rest = i;
@@ -52,88 +70,125 @@ gradpsi::Cloud share(int dimension, int side) {
 class Stages {
  public:
   void end(const std::string& name) {
-    const double seconds = petsc::largest_of(comm(), watch_.lap());
+    const Clock::time_point now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - std::exchange(last_, now)).count();
     names.push_back(name);
-    times.push_back(seconds);
+    times.push_back(largest(seconds));
   }
   std::vector<std::string> names;
   std::vector<double> times;
 
  private:
-  gradpsi::Stopwatch watch_;
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
 };
 
 double peak_megabytes() {
   rusage usage;
   getrusage(RUSAGE_SELF, &usage);
-  return petsc::largest_of(comm(), static_cast<double>(usage.ru_maxrss) / 1024);
+  return largest(static_cast<double>(usage.ru_maxrss) / 1024);
 }
 
-void run(int dimension, int side, double ratio, const std::string& scheme, bool partition_only) {
-  const double dx = 1.0 / side;
-  const Eigen::VectorXd support = Eigen::VectorXd::Constant(1, (dimension == 3 ? 2.6 : 3) * dx);
-  const double before = peak_megabytes();
-  gradpsi::Cloud given = share(dimension, side);
-  MPI_Barrier(comm());
-  Stages stages;
-  const petsc::Partition partition(comm(), given);
-  given = gradpsi::Cloud(gradpsi::Positions(0, dimension));
-  stages.end("partition");
-  const petsc::Subdomain mine(partition, support);
-  stages.end("halo");
-  const int own = static_cast<int>(mine.own().size()), halo = mine.cloud().size() - own;
+struct Settings {
+  int dimension, side;
+  double ratio;  ///< dt nu / dx^2
+  std::string scheme;
+  bool partition_only;
+
+  double dx() const { return 1.0 / side; }
+  Eigen::VectorXd support() const {
+    return Eigen::VectorXd::Constant(1, (dimension == 3 ? 2.6 : 3) * dx());
+  }
+};
+
+/// What is measured beside the stages' times.
+struct Solution {
   double iterations = 0, entries = 0;
   std::string description;
-  if (!partition_only) {
-    gradpsi::Neighbours near = petsc::find_neighbours(mine, support, 1);
-    stages.end("search");
-    gradpsi::Operator laplacian = petsc::assemble(
-        scheme, mine, near, {.on_degenerate = gradpsi::OnDegenerate::Lower, .threads = 1});
-    near = {};
-    stages.end("weights");
-    entries = petsc::sum_of(comm(), static_cast<double>(laplacian.matrix().nonZeros()));
-    gradpsi::FixedValues fixed;
-    for (const int i : mine.own()) {
-      const auto x = mine.cloud().positions().row(i);
-      if (x.minCoeff() < dx || x.maxCoeff() > 1 - dx) fixed.points.push_back(i);
-    }
-    petsc::ImplicitDiffusion heat(
-        mine, std::move(laplacian), {.fixed = fixed},
-        {.time_step = ratio * dx * dx, .solver = {.tolerance = 1e-8, .threads = 1}});
-    stages.end("setup");
-    description = heat.solver().description;
-    Eigen::VectorXd u(own);
-    for (int k = 0; k < own; ++k) {
-      const auto x = mine.cloud().positions().row(mine.own()[k]);
-      u[k] = std::sin(3 * x[0]) * std::cos(5 * x[dimension - 1]) +
-             noise(static_cast<std::uint64_t>(partition.cloud().number(k)));
-    }
-    std::vector<double> seconds;
-    for (int n = 0; n < 3; ++n) {
-      const gradpsi::SolveReport report = heat.step(u);
-      seconds.push_back(petsc::largest_of(comm(), report.seconds));
-      iterations = report.iterations;
-    }
-    std::ranges::sort(seconds);
-    stages.end("steps");
-    stages.times.back() = seconds[1];
+};
+
+/// Points within a cell of the surface: the outermost layer.
+gradpsi::FixedValues outermost(const petsc::Subdomain& mine, double dx) {
+  gradpsi::FixedValues fixed;
+  for (const int i : mine.own()) {
+    const auto x = mine.cloud().positions().row(i);
+    if (x.minCoeff() < dx || x.maxCoeff() > 1 - dx) fixed.points.push_back(i);
   }
+  return fixed;
+}
+
+Eigen::VectorXd field(const petsc::Subdomain& mine) {
+  Eigen::VectorXd u(std::ssize(mine.own()));
+  for (Eigen::Index k = 0; k < u.size(); ++k) {
+    const auto x = mine.cloud().positions().row(mine.own()[k]);
+    u[k] = std::sin(3 * x[0]) * std::cos(5 * x[x.size() - 1]) +
+           noise(static_cast<std::uint64_t>(mine.cloud().number(mine.own()[k])));
+  }
+  return u;
+}
+
+Solution solve(const Settings& settings, const petsc::Subdomain& mine, Stages& stages) {
+  Solution result;
+  const double dx = settings.dx();
+  gradpsi::Neighbours near = petsc::find_neighbours(mine, settings.support(), 1);
+  stages.end("search");
+  gradpsi::Operator laplacian = petsc::assemble(
+      settings.scheme, mine, near, {.on_degenerate = gradpsi::OnDegenerate::Lower, .threads = 1});
+  near = {};
+  stages.end("weights");
+  result.entries = reduced(static_cast<double>(laplacian.matrix().nonZeros()), MPI_SUM);
+  petsc::ImplicitDiffusion heat(
+      mine, std::move(laplacian), {.fixed = outermost(mine, dx)},
+      {.time_step = settings.ratio * dx * dx, .solver = {.tolerance = 1e-8, .threads = 1}});
+  stages.end("setup");
+  result.description = heat.solver().description;
+  Eigen::VectorXd u = field(mine);
+  std::vector<double> seconds;
+  for (int n = 0; n < 3; ++n) {
+    const gradpsi::SolveReport report = heat.step(u);
+    seconds.push_back(largest(report.seconds));
+    result.iterations = report.iterations;
+  }
+  std::ranges::sort(seconds);
+  stages.end("steps");
+  stages.times.back() = seconds[1];
+  return result;
+}
+
+void print(const Settings& settings, const petsc::Subdomain& mine, const Stages& stages,
+           const Solution& solution, double megabytes_before) {
   const double megabytes = peak_megabytes();
-  const double halo_mean = petsc::sum_of(comm(), double(halo)) / petsc::processes(comm());
-  const double halo_most = petsc::largest_of(comm(), double(halo));
-  const double sources = petsc::sum_of(comm(), double(mine.sources())) / petsc::processes(comm());
-  const int most_sources = petsc::largest_of(comm(), mine.sources());
-  if (petsc::rank_of(comm()) > 0) return;
+  const auto halo = static_cast<double>(mine.cloud().size() - std::ssize(mine.own()));
+  const double halo_mean = mean(halo), halo_most = largest(halo);
+  const double sources = mean(mine.sources()), most_sources = largest(mine.sources());
+  if (rank() > 0) return;
   std::printf("ranks,dimension,points,dt_nu_over_dx2,scheme");
   for (const std::string& name : stages.names) std::printf(",%s", name.c_str());
   std::printf(
       ",iterations,entries,halo_mean,halo_most,sources_mean,sources_most,start_MB,peak_MB,"
       "solver\n");
-  std::printf("%d,%d,%lld,%g,%s", petsc::processes(comm()), dimension,
-              static_cast<long long>(partition.size()), ratio, scheme.c_str());
+  std::printf("%d,%d,%lld,%g,%s", ranks(), settings.dimension,
+              static_cast<long long>(mine.partition().size()), settings.ratio,
+              settings.scheme.c_str());
   for (const double seconds : stages.times) std::printf(",%.4g", seconds);
-  std::printf(",%g,%.0f,%.0f,%.0f,%.3g,%d,%.0f,%.0f,\"%s\"\n", iterations, entries, halo_mean,
-              halo_most, sources, most_sources, before, megabytes, description.c_str());
+  std::printf(",%g,%.0f,%.0f,%.0f,%.3g,%.0f,%.0f,%.0f,\"%s\"\n", solution.iterations,
+              solution.entries, halo_mean, halo_most, sources, most_sources, megabytes_before,
+              megabytes, solution.description.c_str());
+}
+
+void run(const Settings& settings) {
+  const double megabytes_before = peak_megabytes();
+  gradpsi::Cloud given = share(settings.dimension, settings.side);
+  MPI_Barrier(comm());
+  Stages stages;
+  const petsc::Partition partition(comm(), given);
+  given = gradpsi::Cloud(gradpsi::Positions(0, settings.dimension));
+  stages.end("partition");
+  const petsc::Subdomain mine(partition, settings.support());
+  stages.end("halo");
+  Solution solution;
+  if (!settings.partition_only) solution = solve(settings, mine, stages);
+  print(settings, mine, stages, solution, megabytes_before);
 }
 
 }  // namespace
@@ -145,17 +200,18 @@ int main(int argc, char** argv) {
                  argv[0]);
     return 2;
   }
-  const bool partition_only = argc > 5 && std::string(argv[5]) == "--partition-only";
-  const int dimension = std::atoi(argv[1]), side = std::atoi(argv[2]);
-  const double ratio = std::atof(argv[3]);
-  const std::string scheme = argv[4];
+  const Settings settings{.dimension = std::atoi(argv[1]),
+                          .side = std::atoi(argv[2]),
+                          .ratio = std::atof(argv[3]),
+                          .scheme = argv[4],
+                          .partition_only = argc > 5 && std::string(argv[5]) == "--partition-only"};
   int petsc_count = argc - 4;
   char** petsc_options = argv + 4;
   if (PetscInitialize(&petsc_count, &petsc_options, nullptr, nullptr) != 0) return 1;
   PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr);
   int code = 0;
   try {
-    run(dimension, side, ratio, scheme, partition_only);
+    run(settings);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
     code = 1;

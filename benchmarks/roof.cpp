@@ -1,8 +1,7 @@
 // What the memory allows: every other benchmark's bytes per second are compared with these.
 
-#include "../lib/base/memory.hpp"
-#include "../lib/base/parallel.hpp"
 #include "kernels.hpp"
+#include "parallel.hpp"
 #include "suite.hpp"
 
 namespace {
@@ -12,7 +11,7 @@ constexpr int chunk = 1 << 16;
 
 Eigen::VectorXd array(int size) {
   Eigen::VectorXd a(size);
-  gradpsi::prefer_large_pages(a.data(), sizeof(double) * size);
+  prefer_large_pages(a.data(), sizeof(double) * size);
   a.setOnes();
   return a;
 }
@@ -21,7 +20,7 @@ void read_array(benchmark::State& state, int threads) {
   const Eigen::VectorXd a = array(doubles);
   std::vector<double> sums(doubles / chunk);
   for (auto _ : state) {
-    gradpsi::parallel_chunks(doubles, chunk, threads, [&](int begin, int end) {
+    parallel_chunks(doubles, chunk, threads, [&](int begin, int end) {
       sums[begin / chunk] = sum(a.data() + begin, end - begin);
     });
     benchmark::DoNotOptimize(sums.data());
@@ -34,7 +33,7 @@ void add_arrays(benchmark::State& state, int threads) {
   constexpr int size = doubles / 3;
   Eigen::VectorXd a = array(size), b = array(size), c = array(size);
   for (auto _ : state) {
-    gradpsi::parallel_chunks(size, chunk, threads, [&](int begin, int end) {
+    parallel_chunks(size, chunk, threads, [&](int begin, int end) {
       triad(b.data() + begin, c.data() + begin, 3, a.data() + begin, end - begin);
     });
     benchmark::ClobberMemory();

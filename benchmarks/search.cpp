@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nanoflann.hpp>
 
-#include "../lib/base/parallel.hpp"
+#include "parallel.hpp"
 #include "suite.hpp"
 
 namespace {
@@ -99,7 +99,7 @@ gradpsi::Neighbours search(const Positions& x, double radius, int threads) {
   gradpsi::Neighbours near{.offsets = Eigen::VectorXi::Zero(n + 1),
                            .indices = {},
                            .supports = Eigen::VectorXd::Constant(1, radius)};
-  gradpsi::parallel_chunks(n, share, threads, [&](int begin, int) {
+  parallel_chunks(n, share, threads, [&](int begin, int) {
     std::vector<int>& list = lists[begin / share];
     Search append;
     for (int i = begin; i < std::min(n, begin + share); ++i) {
@@ -111,7 +111,7 @@ gradpsi::Neighbours search(const Positions& x, double radius, int threads) {
     for (int i = part * share; i < std::min(n, (part + 1) * share); ++i)
       near.offsets[i + 1] += near.offsets[part * share];
   near.indices.resize(near.offsets[n]);
-  gradpsi::parallel_chunks(static_cast<int>(lists.size()), 1, threads, [&](int part, int) {
+  parallel_chunks(static_cast<int>(lists.size()), 1, threads, [&](int part, int) {
     std::copy(lists[part].begin(), lists[part].end(),
               near.indices.begin() + near.offsets[part * share]);
   });

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "../lib/base/memory.hpp"
-#include "../lib/base/parallel.hpp"
+#include "parallel.hpp"
 
 namespace {
 
@@ -21,7 +20,7 @@ Sell::Sell(const gradpsi::SparseMatrix& A, int threads) {
   const int slices = (n + lanes - 1) / lanes;
   row_.assign(static_cast<std::size_t>(slices) * lanes, -1);
   begin_.assign(slices + 1, 0);
-  gradpsi::parallel_chunks(n, window, threads, [&](int begin, int end) {
+  parallel_chunks(n, window, threads, [&](int begin, int end) {
     const auto first = row_.begin() + begin, last = row_.begin() + end;
     std::iota(first, last, begin);
     std::stable_sort(first, last, [&](int i, int j) { return length(A, i) > length(A, j); });
@@ -29,9 +28,9 @@ Sell::Sell(const gradpsi::SparseMatrix& A, int threads) {
   for (int s = 0; s < slices; ++s) begin_[s + 1] = begin_[s] + lanes * length(A, row_[s * lanes]);
   columns_.resize(begin_[slices]);
   values_.resize(begin_[slices]);
-  gradpsi::prefer_large_pages(columns_.data(), sizeof(int) * columns_.size());
-  gradpsi::prefer_large_pages(values_.data(), sizeof(double) * values_.size());
-  gradpsi::parallel_chunks(slices, window, threads, [&](int begin, int end) {
+  prefer_large_pages(columns_.data(), sizeof(int) * columns_.size());
+  prefer_large_pages(values_.data(), sizeof(double) * values_.size());
+  parallel_chunks(slices, window, threads, [&](int begin, int end) {
     for (int s = begin; s < end; ++s) fill(A, s);
   });
 }
@@ -57,7 +56,7 @@ void Sell::fill(const gradpsi::SparseMatrix& A, int slice) {
 void Sell::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads) const {
   const SellArrays arrays{begin_.data(), columns_.data(), values_.data(), row_.data()};
   const int slices = static_cast<int>(begin_.size()) - 1;
-  gradpsi::parallel_chunks(slices, window, threads, [&](int begin, int end) {
+  parallel_chunks(slices, window, threads, [&](int begin, int end) {
     sell_product(arrays, begin, end, x.data(), y.data());
   });
 }

@@ -3,8 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "../lib/base/memory.hpp"
-#include "../lib/base/parallel.hpp"
+#include "parallel.hpp"
 #include "sell.hpp"
 #include "suite.hpp"
 
@@ -46,9 +45,8 @@ Matrix in_large_pages(const Other& other) {
   const Matrix converted = other;
   Matrix copy(converted.rows(), converted.cols());
   copy.resizeNonZeros(converted.nonZeros());
-  gradpsi::prefer_large_pages(copy.valuePtr(), sizeof(*copy.valuePtr()) * copy.nonZeros());
-  gradpsi::prefer_large_pages(copy.innerIndexPtr(),
-                              sizeof(*copy.innerIndexPtr()) * copy.nonZeros());
+  prefer_large_pages(copy.valuePtr(), sizeof(*copy.valuePtr()) * copy.nonZeros());
+  prefer_large_pages(copy.innerIndexPtr(), sizeof(*copy.innerIndexPtr()) * copy.nonZeros());
   std::copy_n(converted.outerIndexPtr(), converted.outerSize() + 1, copy.outerIndexPtr());
   std::copy_n(converted.innerIndexPtr(), converted.nonZeros(), copy.innerIndexPtr());
   std::copy_n(converted.valuePtr(), converted.nonZeros(), copy.valuePtr());
@@ -193,9 +191,9 @@ void on_the_fly(State& state, Prepared& p, int threads) {
   time_product(
       state, p, bytes,
       [&](const VectorXd& x, VectorXd& y) {
-        gradpsi::parallel_chunks(
-            static_cast<int>(x.size()), 4096, threads,
-            [&](int begin, int end) { laplacian(points.points, begin, end, x.data(), y.data()); });
+        parallel_chunks(static_cast<int>(x.size()), 4096, threads, [&](int begin, int end) {
+          laplacian(points.points, begin, end, x.data(), y.data());
+        });
       },
       1e-10);
 }

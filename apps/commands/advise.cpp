@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <gradpsi/error.hpp>
 #include <iostream>
 #include <memory>
 
