@@ -27,10 +27,10 @@ class Series {
 
   void write(const Table& table, int step) {
     const path file = options_.numbered(step, machine_.ending()), list = options_.beside(".pvd");
+    machine_.together([&] { check_outputs(options_, {file, list}); });
     machine_.write(options_, file, table);
     written_.emplace_back(step * *options_.time_step, file);
     machine_.together([&] {
-      check_outputs(options_, {list});
       if (machine_.is_first()) write_pvd(list, written_);
     });
   }
