@@ -1,5 +1,6 @@
 // Rows that cannot be solved, and what becomes of them.
 
+#include <algorithm>
 #include <cmath>
 
 #include "clouds.hpp"
@@ -67,6 +68,20 @@ Cloud collinear(int dimension) {
   for (int i = 0; i < 30; ++i)
     for (int a = 0; a < dimension; ++a) x(i, a) = 0.1 * a + (0.3 + 0.17 * a) * i / 30;
   return Cloud(x);
+}
+
+TEST(Require, SaysWhatFailSaysOfTheRowsThatAreNeeded) {
+  const Cloud cloud = collinear(2);
+  const Neighbours near = find_neighbours(cloud, 0.3);
+  const Scheme scheme = "laplacian-mixed-soc";
+  const Operator op = assemble(scheme, cloud, near, {.on_degenerate = OnDegenerate::Zero});
+  std::vector<int> needed = {4, 7, 21}, others;
+  for (int i = 29; i >= 0; --i)
+    if (std::ranges::find(needed, i) == needed.end()) others.push_back(i);
+  EXPECT_EQ(message_of<StencilError>([&] { require(scheme, cloud, op, others); }),
+            message_of<StencilError>([&] { assemble(scheme, cloud, near, {.rows = needed}); }));
+  others.insert(others.end(), needed.begin(), needed.end());
+  EXPECT_NO_THROW(require(scheme, cloud, op, others));
 }
 
 TEST(Fault07, CollinearPointsHaveSingularSystems) {
