@@ -23,6 +23,10 @@ EXAMPLES = {
     "4_choosing": r" +rms error  entries a row  grows\n(laplacian-\S+ +\S+ +[\d.]+  (yes|no)\n){17}",
     "5_processes": r"conjugate gradients .* \(PETSc, 2 processes\), mean temperature 0\.53\d*\n",
 }
+# With each of these Eigen aligns memory in another way.
+FLAGS = ["", "-march=native", "-mavx2 -mfma", "-mavx512f -mavx512dq -mfma", "-DEIGEN_DONT_VECTORIZE", "-DEIGEN_DONT_ALIGN",
+         *(f"-DEIGEN_MAX_ALIGN_BYTES={bytes}" for bytes in (0, 16, 32, 64)), "-march=native -fsanitize=address"]
+CPU = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
 CONSUMER = r"grows 0, mean 0\.(49|50)\d*\nunknown scheme 'laplacian-mixed-socks'; valid: laplacian-mixed-soc, .*\n"
 
 
@@ -56,13 +60,25 @@ class PackageTest(unittest.TestCase):
         return self.folder / name
 
 
-class Installed(PackageTest):
+class InstalledTest(PackageTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
         run("cmake", "--install", BUILD, "--prefix", cls.folder / "first")
         cls.prefix = cls.folder / "moved"  # nothing may remember where it was
         shutil.move(cls.folder / "first", cls.prefix)
+        pc, = cls.prefix.rglob("gradpsi.pc")
+        cls.environment = {**os.environ, "PKG_CONFIG_PATH": str(pc.parent), "LD_LIBRARY_PATH": str(pc.parent.parent)}
+
+    def by_pkg_config(self, source, *flags):
+        """What a program prints that is compiled and linked as pkg-config says."""
+        found = run("pkg-config", "--cflags", "--libs", "gradpsi", env=self.environment).split()
+        program = self.folder / "by_pkg_config"
+        run("g++", "-std=c++20", *flags, SOURCE / "tests" / "consumer" / source, "-o", program, *found)
+        return run(program, env=self.environment)
+
+
+class Installed(InstalledTest):
 
     def test_the_examples_link_to_it_and_run(self):
         built = self.build(SOURCE / "apps" / "examples", "examples", f"-DCMAKE_PREFIX_PATH={self.prefix}")
@@ -99,12 +115,7 @@ class Installed(PackageTest):
                     self.configure(project, "refused" + wanted, *options)
 
     def test_pkg_config_knows_it(self):
-        pc, = self.prefix.rglob("gradpsi.pc")
-        environment = {**os.environ, "PKG_CONFIG_PATH": str(pc.parent), "LD_LIBRARY_PATH": str(pc.parent.parent)}
-        flags = run("pkg-config", "--cflags", "--libs", "gradpsi", env=environment).split()
-        program = self.folder / "by_pkg_config"
-        run("g++", "-std=c++20", SOURCE / "tests" / "consumer" / "main.cpp", "-o", program, *flags)
-        self.assertRegex(run(program, env=environment), "^" + CONSUMER + "$")
+        self.assertRegex(self.by_pkg_config("main.cpp"), "^" + CONSUMER + "$")
 
     def test_the_program_and_its_manual_are_there(self):
         text = run(self.prefix / "bin" / "gradpsi", "--version")
@@ -125,6 +136,15 @@ class Installed(PackageTest):
                 self.assertTrue(macro.startswith("GRADPSI_"), macro)
 
 
+class Flags(InstalledTest):
+    def test_memory_passes_the_border_whatever_the_program_is_compiled_with(self):
+        for optimisation in ["-O0", "-O2"]:
+            for flags in FLAGS:
+                if all(option[2:] in CPU for option in flags.split() if option.startswith("-mavx")):
+                    with self.subTest(flags=f"{optimisation} {flags}"):
+                        self.assertEqual(self.by_pkg_config("borders.cpp", optimisation, *flags.split()), "right\n")
+
+
 class Subproject(PackageTest):
     """A shared library without CHOLMOD, unlike the one that is installed above."""
 
@@ -140,6 +160,12 @@ class Subproject(PackageTest):
         for name in names:
             self.assertRegex(name, r"^(typeinfo (name )?for )?gradpsi::")
         self.assertNotIn("cholmod", run("ldd", shared))
+
+        program = self.folder / "borders"
+        eigen = run("pkg-config", "--cflags", "eigen3").split()
+        run("g++", "-std=c++20", "-march=native", f"-I{SOURCE / 'include'}", *eigen, SOURCE / "tests" / "consumer" / "borders.cpp",
+            "-o", program, shared, f"-Wl,-rpath,{shared.parent}")
+        self.assertEqual(run(program), "right\n")
 
     def test_it_can_be_fetched(self):
         self.configure(SOURCE / "tests" / "consumer", "fetched", "-DHOW=fetch", f"-DGRADPSI_SOURCE={SOURCE}")

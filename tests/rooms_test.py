@@ -29,7 +29,8 @@ BELOW = {
     "all": ["operators", "diffusion", "diagnosis", "io"],
 }
 PUBLIC = {
-    "error": "base", "matrix": "base", "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
+    "error": "base", "dense": "base", "matrix": "base",
+    "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
     "scheme": "schemes", "operator": "values", "assemble": "operators", "spmv": "matrix", "solver": "solve",
     "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",

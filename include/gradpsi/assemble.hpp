@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/kernel.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "gradpsi/operator.hpp"
@@ -74,8 +75,8 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if `near` belongs to another number of points, `threads` is out of range, or a volume
 ///   is beyond a double
-Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
-                                       const Kernel& kernel = kernels().front(), int threads = 0);
+DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near,
+                                   const Kernel& kernel = kernels().front(), int threads = 0);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

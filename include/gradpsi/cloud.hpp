@@ -1,20 +1,22 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
+
+#include "gradpsi/dense.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
 
 /// n x d, one row per point, d = 1, 2 or 3.
-using Positions = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Positions =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor | Eigen::DontAlign>;
 
 /// What points may have beside their positions.
 struct CloudOptions {
   /// n volumes omega_j > 0 (length^d). Empty: assemble() takes number_density_volumes().
-  Eigen::VectorXd volumes = {};
+  DenseVector volumes = {};
   /// Lengths of a periodic box that starts at the origin; 0: open in that direction.
   std::array<double, 3> box = {0, 0, 0};
   /// n numbers: what points are called in messages, where they are some of a larger cloud's.
@@ -36,7 +38,7 @@ class Cloud {
   int dimension() const { return static_cast<int>(positions_.cols()); }  ///< d
   const Positions& positions() const { return positions_; }              ///< n x d, as given
   bool has_volumes() const { return volumes_.size() > 0; }               ///< or volumes() is empty
-  const Eigen::VectorXd& volumes() const { return volumes_; }            ///< n, or empty
+  const DenseVector& volumes() const { return volumes_; }                ///< n, or empty
   const std::array<double, 3>& box() const { return box_; }              ///< 0: open
   /// What point i is called in messages; i, if it has no other number.
   std::int64_t number(int i) const { return numbers_.empty() ? i : numbers_[i]; }
@@ -50,7 +52,7 @@ class Cloud {
 
  private:
   Positions positions_;
-  Eigen::VectorXd volumes_;
+  DenseVector volumes_;
   std::array<double, 3> box_;
   std::vector<std::int64_t> numbers_;
 };

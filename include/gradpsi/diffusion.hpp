@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/operator.hpp"
 #include "gradpsi/solver.hpp"
 
@@ -28,13 +28,13 @@ enum class Mean {
 /// @param conductivity  n numbers kappa_i > 0
 /// @param mean          Arithmetic or Harmonic
 /// @throws InvalidInput  if sizes disagree or a kappa is out of range (names the point)
-Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
+Operator with_conductivity(Operator laplacian, const VectorView& conductivity,
                            Mean mean = Mean::Arithmetic);
 
 /// Points whose value is known (Dirichlet).
 struct FixedValues {
   std::vector<int> points = {};  ///< 0-based, each once
-  Eigen::VectorXd values = {};   ///< one per point; empty: each keeps the value it has
+  DenseVector values = {};       ///< one per point; empty: each keeps the value it has
 };
 
 /// Points where transfer u + n . grad u = flux holds instead of the equation: Neumann, or with
@@ -43,8 +43,8 @@ struct WallConditions {
   std::vector<int> points = {};  ///< 0-based, each once, none of them fixed
   Positions normals = {};        ///< points x d: n, not 0, of any length; outward by convention
   std::vector<SparseMatrix> gradient = {};  ///< d matrices, points x n: grad u at these points
-  Eigen::VectorXd flux = {};                ///< one per point; empty: 0
-  Eigen::VectorXd transfer = {};            ///< one per point, >= 0 (1/length); empty: 0
+  DenseVector flux = {};                    ///< one per point; empty: 0
+  DenseVector transfer = {};                ///< one per point, >= 0 (1/length); empty: 0
 };
 
 /// A point without a condition obeys the equation; near the edge of an open cloud without any, zoc
@@ -61,8 +61,8 @@ struct DiffusionOptions {
   /// 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2 from a field that meets the wall
   /// conditions (a step of hardly any length makes it do so); 0.5 to 1.
   double theta = 1;
-  Eigen::VectorXd source = {};  ///< f, n values; empty: 0
-  SolverOptions solver = {};    ///< of the system of each step
+  DenseVector source = {};    ///< f, n values; empty: 0
+  SolverOptions solver = {};  ///< of the system of each step
 };
 
 /// Steps du/dt = nu lap u + f by the theta method: see DiffusionSystem in system.hpp. A steady problem is

@@ -7,8 +7,13 @@
 /// factorisation. Arguments are checked before any work is done; errors are InvalidInput, StencilError and
 /// SolverError, std::system_error for files and std::bad_alloc. Functions may be called from several threads
 /// at a time, on the same arguments as long as none of them changes these.
+///
+/// A program may be compiled with any -m and -march, with EIGEN_MAX_ALIGN_BYTES or EIGEN_DONT_VECTORIZE,
+/// whatever the library was compiled with: memory that passes between them follows one rule (dense.hpp).
+/// With Eigen 5 the two must agree, or the program does not link (matrix.hpp).
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/io.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
@@ -21,17 +21,17 @@ namespace gradpsi {
 /// Named columns of equal length, a field's values contiguous.
 struct Table {
   std::vector<std::string> names;  ///< no two alike
-  Eigen::MatrixXd values;          ///< rows x columns, as many columns as names
+  DenseMatrix values;              ///< rows x columns, as many columns as names
 
   /// Whether there is a column of that name.
   bool has(std::string_view name) const;
   /// @throws InvalidInput  if there is no such column, listing those there are
-  Eigen::VectorXd column(std::string_view name) const;
+  DenseVector column(std::string_view name) const;
   /// @throws InvalidInput  if the name is taken or the length differs
-  void add(const std::string& name, const Eigen::VectorXd& values);
+  void add(const std::string& name, const VectorView& values);
   /// Gives a column other values.
   /// @throws InvalidInput  if there is no such column or the length differs
-  void set(std::string_view name, const Eigen::VectorXd& values);
+  void set(std::string_view name, const VectorView& values);
   /// The rows of these indices, each from 0 to rows - 1, in this order.
   Table select(const std::vector<int>& rows) const;
 };

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
@@ -13,12 +13,12 @@ namespace gradpsi {
 /// Who is within whose support: compressed rows, ascending in each row, the point itself absent.
 /// Built once, shared by every scheme.
 struct Neighbours {
-  Eigen::VectorXi offsets;   ///< n + 1; row i is indices[offsets[i]] .. indices[offsets[i + 1] - 1]
-  Eigen::VectorXi indices;   ///< 0-based points
-  Eigen::VectorXd supports;  ///< h: one for all points, or n, one per row
+  IndexVector offsets;   ///< n + 1; row i is indices[offsets[i]] .. indices[offsets[i + 1] - 1]
+  IndexVector indices;   ///< 0-based points
+  DenseVector supports;  ///< h: one for all points, or n, one per row
   /// All points, near ones close to one another: the order in which rows are worked on, for the sake of
   /// the caches; no result depends on it. Empty: 0, 1, 2, ..
-  Eigen::VectorXi order = {};
+  IndexVector order = {};
 
   /// The number of points, n.
   int size() const { return static_cast<int>(offsets.size()) - 1; }
@@ -48,7 +48,7 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 /// @param supports  n lengths > 0, or one for all
 /// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as above
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads = 0);
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int threads = 0);
 
 /// The same for some points only; the lists of the others are left empty.
 /// @param cloud     n points
@@ -57,14 +57,14 @@ Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, 
 /// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as above, but not for points without a neighbour; if a row is out of range or there
 ///   twice
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>& rows, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
 /// @param cloud    n points
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if `threads` is out of range
-Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads = 0);
+DenseVector nearest_distances(const Cloud& cloud, int threads = 0);
 
 /// Points whose nearest neighbour is nearer than this part of the usual distance are worth a warning.
 inline constexpr double much_closer = 0.01;

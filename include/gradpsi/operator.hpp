@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string_view>
 #include <vector>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
@@ -34,14 +34,14 @@ std::string_view name(RowOutcome outcome);  ///< "as-asked", "lowered", "widened
 
 /// How each assembled row came about; entry k belongs to row k of the matrices.
 struct RowReport {
-  Eigen::VectorXi neighbours;  ///< in the support used, without the point itself
-  Eigen::VectorXd supports;    ///< used: that of the neighbours, or what it was widened to
+  IndexVector neighbours;  ///< in the support used, without the point itself
+  DenseVector supports;    ///< used: that of the neighbours, or what it was widened to
   /// 1 / (|M| |M^-1|) in the 1-norm, 0 to 1, of the row's moment system M at the consistency asked for,
   /// in units of h: 0 if it has too few neighbours or broke down; 1 for zoc, which has no system, if
   /// there are neighbours; of a positive stencil's few equations.
-  Eigen::VectorXd reciprocal_condition;
+  DenseVector reciprocal_condition;
   std::vector<RowOutcome> outcome;  ///< what was done
-  Eigen::VectorXi degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
+  IndexVector degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
 
   int degenerate() const;  ///< rows whose outcome is not AsAsked
 };
@@ -49,7 +49,7 @@ struct RowReport {
 /// A derivative as sparse matrices, and how its rows came about.
 struct Operator {
   std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
-  Eigen::VectorXd volumes;         ///< of all n points, the cloud's or by number density
+  DenseVector volumes;             ///< of all n points, the cloud's or by number density
   RowReport rows;                  ///< how each row came about
   std::vector<int> points =
       {};  ///< whose rows these are, AssemblyOptions::rows; empty: all, in order

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gradpsi/assemble.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "gradpsi/petsc_partition.hpp"
@@ -18,7 +19,7 @@
 namespace gradpsi::petsc {
 
 /// The median of the values of all processes, at least one; infinity counts as a value.
-double median(MPI_Comm comm, const Eigen::VectorXd& values);
+double median(MPI_Comm comm, const VectorView& values);
 
 /// Cloud::spacing() of the whole cloud, to the bit.
 /// @throws InvalidInput  as that
@@ -34,7 +35,7 @@ std::vector<int> coincident_points(const Partition& partition);
 /// @param threads   0: as many as OpenMP offers
 /// @throws InvalidInput  as gradpsi::find_neighbours(), counting all processes' points; if a support
 ///   exceeds the reach
-Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& supports, int threads = 0);
+Neighbours find_neighbours(const Subdomain& mine, const VectorView& supports, int threads = 0);
 
 /// The rows of own points, of `options.rows` those (places in cloud() of own ones), columns being the places
 /// in cloud(). Without volumes in the cloud, number densities are taken, the halo's from their owners.
@@ -44,7 +45,7 @@ Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours&
 
 /// gradpsi::with_conductivity(), given kappa of own points.
 Operator with_conductivity(Operator laplacian, const Subdomain& mine,
-                           const Eigen::VectorXd& conductivity, Mean mean = Mean::Arithmetic);
+                           const VectorView& conductivity, Mean mean = Mean::Arithmetic);
 
 /// The matrices of an operator that has the rows of all own points, as PETSc's MATMPIAIJ, exactly
 /// preallocated. Rows and columns of rank r's own points come after those of the ranks before it:
@@ -76,7 +77,7 @@ class ImplicitDiffusion {
 
   /// Replaces u of own points at one time by u at the next.
   /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion::step()
-  SolveReport step(Eigen::VectorXd& u);
+  SolveReport step(Eigen::Ref<Eigen::VectorXd> u);
 
   /// What the system is solved with, and why.
   const SolverReport& solver() const;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 
 struct Zoltan_Struct;
 
@@ -55,9 +56,9 @@ class Partition {
 
   /// Brings values of the points as given to where they are owned, and back again.
   /// @param of_given  a row for each point given, k columns
-  Eigen::MatrixXd to_owners(const Eigen::MatrixXd& of_given) const;
+  DenseMatrix to_owners(const MatrixView& of_given) const;
   /// @param of_own  a row for each own point, k columns
-  Eigen::MatrixXd to_givers(const Eigen::MatrixXd& of_own) const;
+  DenseMatrix to_givers(const MatrixView& of_own) const;
 
  private:
   friend struct HaloSearch;
@@ -84,7 +85,7 @@ class Subdomain {
   /// @param reach      lengths >= 0, one for all or one for each own point: other processes' points within
   ///   it of the own one become part of the halo. The support; times `widest` where rows may be widened
   /// @throws InvalidInput  if sizes disagree or a reach is out of range
-  Subdomain(const Partition& partition, const Eigen::VectorXd& reach);
+  Subdomain(const Partition& partition, const VectorView& reach);
 
   const Partition& partition() const { return *partition_; }  ///< as given
   /// Own points and halo, n of them, by ascending number.
@@ -99,7 +100,7 @@ class Subdomain {
   /// Gets the halo's values from their owners.
   /// @param of_own  m rows, k columns
   /// @return n rows: of all of cloud()
-  Eigen::MatrixXd spread(const Eigen::MatrixXd& of_own) const;
+  DenseMatrix spread(const MatrixView& of_own) const;
   /// The same of whole numbers.
   std::vector<PetscInt> spread(const std::vector<PetscInt>& of_own) const;
 
@@ -108,7 +109,7 @@ class Subdomain {
   void spread(MPI_Datatype type, const T* of_own, T* of_all) const;
 
   const Partition* partition_;
-  Eigen::VectorXd reach_;
+  DenseVector reach_;
   Cloud cloud_;
   std::vector<int> own_;
   int sources_ = 0;

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/operator.hpp"
 #include "gradpsi/scheme.hpp"
 
@@ -14,17 +13,17 @@ namespace gradpsi {
 struct RowDiagnosis {
   /// n. Lambda_i = dx_i^q sum_j |a_ij| over the neighbours: 2 to 5 in a healthy row of a Laplacian of
   /// second order, up to 10 in 3D; 1e2 is suspect, 1e5 broken.
-  Eigen::VectorXd amplification;
+  DenseVector amplification;
   /// n. Negative ones among the neighbours' weights, by number, 0 to 1; 0 without neighbours.
-  Eigen::VectorXd negative_share;
+  DenseVector negative_share;
   /// n x (K + 1), length^(k - q). Column k: how far the moments of degree k, sum_j a_ij r_ij ... r_ij, are
   /// from what the derivative asks for, the Frobenius norm of that tensor over k!. Promised conditions,
   /// k <= RowReport::degree, leave rounding. Column 0 is the row sum and what the rounding of u and of
   /// the product can add; column P + 1 is the leading error of a row that keeps its promises.
-  Eigen::MatrixXd residuals;
+  DenseMatrix residuals;
   /// n x (K + 2), length^(k - q). Column k: sum_j |a_ij| r_ij^k / k!. In column P + 1, where promises are
   /// kept, the error per unit of the supremum over the support of |d^(P+1) u / ds^(P+1)|, s any direction.
-  Eigen::MatrixXd remainders;
+  DenseMatrix remainders;
 };
 
 /// @param scheme  what `op` was assembled with; lowered rows are judged by what they still promise
@@ -45,7 +44,7 @@ RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& 
 ///   Frobenius norm of the tensor of all derivatives of order k, on the lines to the point's
 ///   neighbours; |wave vector|^k for a wave
 /// @throws InvalidInput  if it has another shape
-Eigen::VectorXd error_bound(const RowDiagnosis& rows, const Eigen::MatrixXd& derivatives);
+DenseVector error_bound(const RowDiagnosis& rows, const MatrixView& derivatives);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
@@ -121,7 +121,7 @@ class LinearSolver {
   /// there are several, and in a build without CHOLMOD).
   /// @throws InvalidInput  if sizes disagree or b or x is not finite
   /// @throws SolverError  if the residual stays above the tolerance and above what rounding allows
-  SolveReport solve(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x);
+  SolveReport solve(const MatrixView& b, Eigen::Ref<Eigen::MatrixXd> x);
 
   const SolverReport& report() const;  ///< what is used, and why
   const SparseMatrix& matrix() const;  ///< the latest one given

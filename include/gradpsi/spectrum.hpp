@@ -1,10 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <complex>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
@@ -22,7 +21,7 @@ struct MatrixSummary {
 };
 /// @param laplacian  n x n
 /// @param volumes    n, those of the operator
-MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& volumes);
+MatrixSummary summarise(const SparseMatrix& laplacian, const VectorView& volumes);
 
 /// The rows and columns of `points` (m x m), which ascend.
 /// @throws InvalidInput  if they do not, or one is out of range
@@ -50,13 +49,13 @@ struct Forecast {
 /// @throws InvalidInput  if sizes disagree or `points` do not ascend
 /// @throws SolverError   if the eigenvalues of a block do not converge
 Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::vector<int>& points,
-                  const Eigen::VectorXd& volumes);
+                  const VectorView& volumes);
 
 /// Eigenvalues of a matrix, 1/length^2 for a Laplacian.
 struct Spectrum {
-  Eigen::VectorXcd values;  ///< all in no order, or the rightmost and the leftmost
-  bool complete = true;     ///< whether these are all
-  double zero = 0;          ///< what counts as zero, slow_growth times the median |a_ii|
+  ComplexVector values;  ///< all in no order, or the rightmost and the leftmost
+  bool complete = true;  ///< whether these are all
+  double zero = 0;       ///< what counts as zero, slow_growth times the median |a_ii|
 
   double rightmost() const;  ///< largest real part; 0 without eigenvalues
   double leftmost() const;   ///< smallest
@@ -74,8 +73,8 @@ struct Spectrum {
 /// @param threads         0: as many as OpenMP offers; the result does not depend on it
 /// @throws InvalidInput  if sizes disagree or `threads` is out of range
 /// @throws SolverError   if the iteration does not converge
-Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes = {},
-                  int complete_below = 2000, int threads = 0);
+Spectrum spectrum(const SparseMatrix& A, const DenseVector& volumes = {}, int complete_below = 2000,
+                  int threads = 0);
 
 /// Explicit methods for du/dt = nu A u.
 enum class Stepper { Euler, RungeKutta4 };

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/SparseCore>
 #include <span>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 #pragma GCC visibility push(default)
@@ -19,28 +19,28 @@ namespace gradpsi {
 /// @{
 
 /// y = A x.
-void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads = 0);
+void multiply(const SparseMatrix& A, const VectorView& x, Result<1> y, int threads = 0);
 
 /// Y = A X, several right-hand sides (n x k, one a column) with one reading of the matrix per four.
-void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, int threads = 0);
+void multiply(const SparseMatrix& A, const MatrixView& X, Result<Eigen::Dynamic> Y,
+              int threads = 0);
 
 /// Column a of Y = axes[a] x (n x d): one to three matrices that share their pattern, as those of a
 /// gradient do, the pattern being read once.
 /// @throws InvalidInput  if the matrices have different numbers of entries or rows
-void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eigen::MatrixXd& Y,
+void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Eigen::Dynamic> Y,
               int threads = 0);
 
 /// Values of single precision, 8 bytes an entry: what A.cast<float>() gives.
 using SingleSparseMatrix = Eigen::SparseMatrix<float, Eigen::RowMajor, int>;
 
 /// y = A x with values of single precision and sums of double: an error of 6e-8 of sum |a| |x| a row.
-void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y,
-              int threads = 0);
+void multiply(const SingleSparseMatrix& A, const VectorView& x, Result<1> y, int threads = 0);
 
 /// y = A x for a symmetric A of which `upper` holds the upper triangle, with the diagonal: half the
 /// bytes. Allocates, since each part of the rows adds to later rows of the others: 8 bytes times the
 /// rows that the part reaches to, which is much for points in random order.
-void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd& y,
+void multiply_symmetric(const SparseMatrix& upper, const VectorView& x, Result<1> y,
                         int threads = 0);
 
 /// @}

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/operator.hpp"
 
@@ -83,13 +83,13 @@ class DiffusionSystem {
   FixedValues fixed_;
   std::vector<WallRow> walls_;
   std::vector<int> diagonal_places_;  // each row's point among the columns
-  Eigen::VectorXd evolves_;   // 1 for rows with the equation, 0 for those with a wall condition
-  Eigen::VectorXd diagonal_;  // of the matrix without 1/dt, where rows evolve
-  SparseMatrix coupling_;     // rows x fixed: what known values add to the right-hand side
-  Eigen::VectorXd constant_;  // what source and flux add
+  DenseVector evolves_;    // 1 for rows with the equation, 0 for those with a wall condition
+  DenseVector diagonal_;   // of the matrix without 1/dt, where rows evolve
+  SparseMatrix coupling_;  // rows x fixed: what known values add to the right-hand side
+  DenseVector constant_;   // what source and flux add
   double time_step_, theta_;
   int point_count_, threads_;
-  Eigen::VectorXd known_;  // workspace of right_hand_side()
+  DenseVector known_;  // workspace of right_hand_side()
 };
 
 }  // namespace gradpsi

@@ -29,7 +29,7 @@ void check_positions(const Positions& x, const std::vector<std::int64_t>& number
                          ", which are not finite");
 }
 
-void check_volumes(const Eigen::VectorXd& volumes, Eigen::Index points,
+void check_volumes(const VectorView& volumes, Eigen::Index points,
                    const std::vector<std::int64_t>& numbers) {
   if (volumes.size() == 0) return;
   if (volumes.size() != points)

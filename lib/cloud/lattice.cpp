@@ -40,7 +40,7 @@ Cloud make_cloud(const Lattice& lattice) {
           lattice.lower +
           (rest % m + 0.5 + (lattice.jitter > 0 ? lattice.jitter * symmetric_uniform() : 0)) * dx;
 
-  CloudOptions options{.volumes = Eigen::VectorXd::Constant(n, std::pow(dx, d))};
+  CloudOptions options{.volumes = DenseVector::Constant(n, std::pow(dx, d))};
   if (lattice.periodic) std::fill_n(options.box.begin(), d, lattice.upper);
   return Cloud(std::move(x), std::move(options));
 }

@@ -6,15 +6,15 @@
 
 namespace gradpsi {
 
-Eigen::VectorXcd eigenvalues(const SparseMatrix& A) {
+ComplexVector eigenvalues(const SparseMatrix& A) {
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(A), false);
   if (solver.info() != Eigen::Success) throw SolverError("the eigenvalues did not converge");
   return solver.eigenvalues();
 }
 
-Eigen::VectorXd eigenvalues(const SparseMatrix& A, const Eigen::VectorXd& volumes) {
+DenseVector eigenvalues(const SparseMatrix& A, const VectorView& volumes) {
   // diag(v)^(1/2) A diag(v)^(-1/2) has the eigenvalues of A.
-  const Eigen::VectorXd root = volumes.cwiseSqrt();
+  const DenseVector root = volumes.cwiseSqrt();
   const Eigen::MatrixXd symmetric =
       root.asDiagonal() * Eigen::MatrixXd(A) * root.cwiseInverse().asDiagonal();
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly)

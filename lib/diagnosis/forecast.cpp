@@ -38,7 +38,7 @@ std::vector<int> nearest_in_matrix(const Cloud& cloud, const SparseMatrix& A,
 }  // namespace
 
 Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::vector<int>& points,
-                  const Eigen::VectorXd& volumes) {
+                  const VectorView& volumes) {
   if (laplacian.rows() != cloud.size() || laplacian.cols() != cloud.size() ||
       volumes.size() != cloud.size())
     throw InvalidInput("the matrix is not one of all " + std::to_string(cloud.size()) + " points");

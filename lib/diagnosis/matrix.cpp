@@ -13,13 +13,13 @@
 namespace gradpsi {
 
 double median_diagonal(const SparseMatrix& A) {
-  Eigen::VectorXd sizes = A.diagonal().cwiseAbs();
+  DenseVector sizes = A.diagonal().cwiseAbs();
   const auto end = std::remove(sizes.begin(), sizes.end(), 0.0);
   if (end == sizes.begin()) return 0;
   return median(sizes.head(end - sizes.begin()));
 }
 
-MatrixSummary summarise(const SparseMatrix& laplacian, const Eigen::VectorXd& volumes) {
+MatrixSummary summarise(const SparseMatrix& laplacian, const VectorView& volumes) {
   const int n = static_cast<int>(laplacian.rows());
   if (laplacian.cols() != n || volumes.size() != n)
     throw InvalidInput("a matrix of " + std::to_string(n) + " rows, " +

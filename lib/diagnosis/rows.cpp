@@ -119,8 +119,8 @@ class RowSums {
 template <int D>
 RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op, int threads) {
   const int n = cloud.size(), q = order(scheme.derivative), K = std::max(degree(scheme), q) + 2;
-  RowDiagnosis rows{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n),
-                    Eigen::MatrixXd::Zero(n, K + 1), Eigen::MatrixXd::Zero(n, K + 2)};
+  RowDiagnosis rows{DenseVector::Zero(n), DenseVector::Zero(n), DenseMatrix::Zero(n, K + 1),
+                    DenseMatrix::Zero(n, K + 2)};
   parallel_chunks(n, 512, threads, [&, row = RowSums<D>(cloud, K)](int begin, int end) mutable {
     for (int i = begin; i < end; ++i) {
       const double dx = std::pow(op.volumes[i], 1.0 / D);
@@ -152,7 +152,7 @@ RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& 
                   [&](auto d) { return diagnose<decltype(d)::value>(scheme, cloud, op, threads); });
 }
 
-Eigen::VectorXd error_bound(const RowDiagnosis& rows, const Eigen::MatrixXd& derivatives) {
+DenseVector error_bound(const RowDiagnosis& rows, const MatrixView& derivatives) {
   const auto n = rows.remainders.rows(), orders = rows.remainders.cols();
   if ((derivatives.rows() != 1 && derivatives.rows() != n) || derivatives.cols() != orders)
     throw InvalidInput("the bounds of derivatives are " + std::to_string(derivatives.rows()) +

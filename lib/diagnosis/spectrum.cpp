@@ -56,7 +56,7 @@ double Spectrum::rightmost() const { return values.size() > 0 ? values.real().ma
 double Spectrum::leftmost() const { return values.size() > 0 ? values.real().minCoeff() : 0; }
 double Spectrum::widest() const { return values.size() > 0 ? values.imag().maxCoeff() : 0; }
 
-Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes, int complete_below,
+Spectrum spectrum(const SparseMatrix& A, const DenseVector& volumes, int complete_below,
                   int threads) {
   const int n = static_cast<int>(A.rows());
   checked_threads(threads);
@@ -73,7 +73,7 @@ Spectrum spectrum(const SparseMatrix& A, const Eigen::VectorXd& volumes, int com
       result.values = eigenvalues(A);
   } else {
     result.complete = false;
-    const MatrixSummary bounds = summarise(A, Eigen::VectorXd::Ones(n));
+    const MatrixSummary bounds = summarise(A, DenseVector::Ones(n));
     result.values.resize(2);
     result.values[0] = outermost(A, Spectra::SortRule::LargestReal, bounds.leftmost, threads);
     result.values[1] = outermost(A, Spectra::SortRule::SmallestReal, bounds.rightmost, threads);

@@ -17,7 +17,7 @@ std::string at_point(const Cloud& cloud, int i) {
 namespace {
 
 /// Throws unless `values` has one finite number for each of `count` points, or none at all.
-void check_values(const Eigen::VectorXd& values, std::size_t count, const std::string& what) {
+void check_values(const VectorView& values, std::size_t count, const std::string& what) {
   if (values.size() == 0) return;
   if (static_cast<std::size_t>(values.size()) != count)
     throw InvalidInput(what + " has " + std::to_string(values.size()) + " entries for " +

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <string>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"
 
 namespace gradpsi {

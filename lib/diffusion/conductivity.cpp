@@ -7,7 +7,7 @@
 
 namespace gradpsi {
 
-Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity, Mean mean) {
+Operator with_conductivity(Operator laplacian, const VectorView& conductivity, Mean mean) {
   if (laplacian.axes.size() != 1)
     throw InvalidInput("a conductivity goes with a Laplacian, one matrix, not " +
                        std::to_string(laplacian.axes.size()));

@@ -40,8 +40,8 @@ struct ImplicitDiffusion::State {
   DiffusionSystem system;
   LinearSolver solver;
   int threads;
-  Eigen::VectorXd product;  // workspace of step()
-  Eigen::MatrixXd rhs, solution;
+  DenseVector product;  // workspace of step()
+  DenseMatrix rhs, solution;
 };
 
 /// Also what iterations start from.

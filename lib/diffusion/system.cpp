@@ -52,8 +52,7 @@ void check_size(const char* name, std::span<const double> values, std::ptrdiff_t
 
 SystemPoints system_points(const Cloud& cloud, const Operator& laplacian,
                            const std::vector<int>& rows) {
-  const Eigen::VectorXd& volumes =
-      laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
+  const VectorView& volumes = laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
   CloudOptions options{.box = cloud.box()};
   if (volumes.size() > 0) options.volumes = volumes(rows);
   for (const int i : rows) options.numbers.push_back(cloud.number(i));
@@ -98,8 +97,8 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
                   .coefficient = options.theta * options.diffusivity,
                   .psi_row = choose_rows(laplacian, fixed_place)};
   const auto count = static_cast<Eigen::Index>(rows_.size());
-  evolves_ = Eigen::VectorXd::Ones(count);
-  constant_ = Eigen::VectorXd::Zero(count);
+  evolves_ = DenseVector::Ones(count);
+  constant_ = DenseVector::Zero(count);
   if (options.source.size() > 0) constant_ = options.source(rows_);
   known_.resize(static_cast<Eigen::Index>(fixed_.points.size()));
   add_walls(cloud, conditions.walls, sources);
@@ -159,7 +158,7 @@ void DiffusionSystem::fill(const Sources& sources, const std::vector<int>& fixed
 
 /// Keeps the diagonal where rows evolve, and adds 1/dt to it.
 void DiffusionSystem::add_rate(const Cloud& cloud) {
-  diagonal_ = Eigen::VectorXd::Zero(matrix_.rows());
+  diagonal_ = DenseVector::Zero(matrix_.rows());
   for (int row = 0; row < matrix_.rows(); ++row) {
     if (evolves_[row] == 0) continue;
     double* const entry = diagonal(matrix_, row);

@@ -18,7 +18,7 @@ Eigen::Index place_of(std::string_view name, const Table& table) {
   return found - table.names.begin();
 }
 
-void check_length(std::string_view name, const Eigen::VectorXd& column, const Table& table) {
+void check_length(std::string_view name, const VectorView& column, const Table& table) {
   if (column.size() != table.values.rows())
     throw InvalidInput("column '" + std::string(name) + "' has " + std::to_string(column.size()) +
                        " entries, the table has " + std::to_string(table.values.rows()) + " rows");
@@ -30,16 +30,14 @@ bool Table::has(std::string_view name) const {
   return std::ranges::find(names, name) != names.end();
 }
 
-Eigen::VectorXd Table::column(std::string_view name) const {
-  return values.col(place_of(name, *this));
-}
+DenseVector Table::column(std::string_view name) const { return values.col(place_of(name, *this)); }
 
-void Table::set(std::string_view name, const Eigen::VectorXd& column) {
+void Table::set(std::string_view name, const VectorView& column) {
   check_length(name, column, *this);
   values.col(place_of(name, *this)) = column;
 }
 
-void Table::add(const std::string& name, const Eigen::VectorXd& column) {
+void Table::add(const std::string& name, const VectorView& column) {
   if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
   if (names.empty()) values.resize(column.size(), 0);
   check_length(name, column, *this);
@@ -59,7 +57,7 @@ Cloud make_cloud(const Table& table, CloudOptions options) {
   Positions x(table.values.rows(), std::max<std::ptrdiff_t>(dimension, 1));
   // With k coordinates these are the first k, so that a z without y is an unknown column y.
   for (Eigen::Index a = 0; a < x.cols(); ++a) {
-    const Eigen::VectorXd column = table.column(axis_names[a]);
+    const DenseVector column = table.column(axis_names[a]);
     if (column.size() > 0) x.col(a) = column;  // without points there is no memory to point into
   }
   if (table.has("volume")) options.volumes = table.column("volume");

@@ -64,7 +64,7 @@ void write_vtu(const path& file, const Table& table) {
   std::vector<double> points(3 * n, 0.0);
   for (std::size_t a = 0; a < 3; ++a) {
     if (a > 0 && !table.has(axis_names[a])) continue;
-    const Eigen::VectorXd x = table.column(axis_names[a]);
+    const DenseVector x = table.column(axis_names[a]);
     for (std::size_t i = 0; i < n; ++i) points[3 * i + a] = x[i];
   }
   std::vector<std::int32_t> vertices(n), ends(n);

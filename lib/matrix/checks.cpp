@@ -8,7 +8,7 @@
 
 namespace gradpsi {
 
-bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale) {
+bool is_symmetric(const SparseMatrix& A, const VectorView& scale) {
   const int n = static_cast<int>(A.rows());
   const int* const outer = A.outerIndexPtr();
   const int* const column = A.innerIndexPtr();

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
 #include <limits>
 #include <span>
 #include <vector>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 namespace gradpsi {
@@ -38,7 +38,7 @@ inline std::vector<char> vanishing_rows(const SparseMatrix& A) {
 
 /// Whether diag(scale) A is symmetric: entries (i, j) and (j, i) differ by at most 1e-12 of the
 /// geometric mean of the diagonal's i and j.
-bool is_symmetric(const SparseMatrix& A, const Eigen::VectorXd& scale);
+bool is_symmetric(const SparseMatrix& A, const VectorView& scale);
 
 /// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row, up to
 /// 1e-12 of it: by Gershgorin, if A is symmetric after scaling its rows, no eigenvalue is negative.

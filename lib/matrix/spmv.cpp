@@ -4,7 +4,6 @@
 #include <string>
 
 #include "base/parallel.hpp"
-#include "base/resize.hpp"
 #include "gradpsi/error.hpp"
 #include "matrix/products.hpp"
 
@@ -94,33 +93,33 @@ void add_symmetric_product(const SparseMatrix& upper, int begin, int end, const 
 
 }  // namespace
 
-void multiply(const SparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y, int threads) {
+void multiply(const SparseMatrix& A, const VectorView& x, Result<1> y, int threads) {
   check(A, x.size(), threads);
   check_apart(x.data(), y.data());
-  resize(y, A.rows());
+  double* const result = y.resized(A.rows());
   run<SparseMatrix, double>(
       A, product_kernels(gathering_cpu()).vectors[0],
-      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {result}}, 1,
       threads);
 }
 
-void multiply(const SparseMatrix& A, const Eigen::MatrixXd& X, Eigen::MatrixXd& Y, int threads) {
+void multiply(const SparseMatrix& A, const MatrixView& X, Result<Eigen::Dynamic> Y, int threads) {
   check(A, X.rows(), threads);
   check_apart(X.data(), Y.data());
-  resize(Y, A.rows(), X.cols());
+  double* const result = Y.resized(A.rows(), X.cols());
   for (Eigen::Index first = 0; first < X.cols(); first += 4) {
     const int count = static_cast<int>(std::min<Eigen::Index>(4, X.cols() - first));
     ProductArguments<double> arguments{
         A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {}, {}};
     for (int c = 0; c < count; ++c) {
       arguments.x[c] = X.col(first + c).data();
-      arguments.y[c] = Y.col(first + c).data();
+      arguments.y[c] = result + (first + c) * A.rows();
     }
     run(A, product_kernels(gathering_cpu()).vectors[count - 1], arguments, count, threads);
   }
 }
 
-void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eigen::MatrixXd& Y,
+void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Eigen::Dynamic> Y,
               int threads) {
   if (axes.empty() || axes.size() > 3)
     throw InvalidInput("one to three matrices are multiplied together, not " +
@@ -133,29 +132,27 @@ void multiply(std::span<const SparseMatrix> axes, const Eigen::VectorXd& x, Eige
   }
   check_apart(x.data(), Y.data());
   const int count = static_cast<int>(axes.size());
-  resize(Y, first.rows(), count);
+  double* const result = Y.resized(first.rows(), count);
   ProductArguments<double> arguments{
       first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
   for (int a = 0; a < count; ++a) {
     arguments.values[a] = axes[a].valuePtr();
-    arguments.y[a] = Y.col(a).data();
+    arguments.y[a] = result + a * first.rows();
   }
   run(first, product_kernels(gathering_cpu()).matrices[count - 1], arguments, count, threads);
 }
 
-void multiply(const SingleSparseMatrix& A, const Eigen::VectorXd& x, Eigen::VectorXd& y,
-              int threads) {
+void multiply(const SingleSparseMatrix& A, const VectorView& x, Result<1> y, int threads) {
   check(A, x.size(), threads);
   check_apart(x.data(), y.data());
-  resize(y, A.rows());
+  double* const result = y.resized(A.rows());
   run<SingleSparseMatrix, float>(
       A, product_kernels(gathering_cpu()).single,
-      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {y.data()}}, 1,
+      {A.outerIndexPtr(), A.innerIndexPtr(), entries(A), {A.valuePtr()}, {x.data()}, {result}}, 1,
       threads);
 }
 
-void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eigen::VectorXd& y,
-                        int threads) {
+void multiply_symmetric(const SparseMatrix& upper, const VectorView& x, Result<1> y, int threads) {
   check(upper, x.size(), threads);
   check_apart(x.data(), y.data());
   if (upper.rows() != upper.cols()) throw InvalidInput("a symmetric matrix must be square");
@@ -169,13 +166,13 @@ void multiply_symmetric(const SparseMatrix& upper, const Eigen::VectorXd& x, Eig
     sums[part].setZero(reach_of_rows(upper, begin, end) - begin);
     add_symmetric_product(upper, begin, end, x.data(), sums[part].data());
   });
-  resize(y, n);
+  double* const result = y.resized(n);
   parallel_chunks(n, 1 << 14, threads, [&](int begin, int end) {
-    for (int i = begin; i < end; ++i) y[i] = 0;
+    for (int i = begin; i < end; ++i) result[i] = 0;
     for (int part = 0; part < parts; ++part) {
       const int first = first_row(part);
       const int last = std::min(end, first + static_cast<int>(sums[part].size()));
-      for (int i = std::max(begin, first); i < last; ++i) y[i] += sums[part][i - first];
+      for (int i = std::max(begin, first); i < last; ++i) result[i] += sums[part][i - first];
     }
   });
 }

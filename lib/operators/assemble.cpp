@@ -20,7 +20,7 @@ namespace gradpsi {
 namespace {
 
 /// Refuses supports so large that weights, 1/h or 1/h^2, would vanish or lose digits.
-void check_unit(const Scheme& scheme, const Eigen::VectorXd& supports) {
+void check_unit(const Scheme& scheme, const DenseVector& supports) {
   if (supports.size() == 0) return;
   const double h = supports.maxCoeff();
   const bool first = order(scheme.derivative) == 1;
@@ -95,7 +95,7 @@ std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& s
   operators[0].volumes = cloud.has_volumes()
                              ? cloud.volumes()
                              : number_density_volumes(cloud, near, options.kernel, options.threads);
-  const Eigen::VectorXd& volumes = operators[0].volumes;
+  const DenseVector& volumes = operators[0].volumes;
   for (std::size_t r = 0; r < schemes.size(); ++r) {
     requests.push_back(
         {&operators[r], ladder(schemes[r], cloud.dimension(), options.on_degenerate)});
@@ -114,7 +114,7 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   check(scheme, cloud, near, options);
   const ChosenRows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
-  Eigen::VectorXd computed;
+  DenseVector computed;
   if (!cloud.has_volumes())
     computed = number_density_volumes(cloud, near, options.kernel, options.threads);
   resize(op.volumes, cloud.size());

@@ -20,8 +20,8 @@ std::vector<Equations> ladder(const Scheme& scheme, int dimension, OnDegenerate 
 }
 
 RowReport empty_report(int rows) {
-  return {Eigen::VectorXi(rows), Eigen::VectorXd(rows), Eigen::VectorXd(rows),
-          std::vector<RowOutcome>(rows), Eigen::VectorXi(rows)};
+  return {IndexVector(rows), DenseVector(rows), DenseVector(rows), std::vector<RowOutcome>(rows),
+          IndexVector(rows)};
 }
 
 void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,

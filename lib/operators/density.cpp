@@ -14,13 +14,13 @@
 
 namespace gradpsi {
 
-Eigen::VectorXd number_density_volumes(const Cloud& cloud, const Neighbours& near,
-                                       const Kernel& kernel, int threads) {
+DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
+                                   int threads) {
   check_match(cloud, near);
   check_kernel(kernel, cloud.dimension());
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
-    Eigen::VectorXd volumes(cloud.size());
+    DenseVector volumes(cloud.size());
     const DensityFunction density = batch_kernels(cpu()).density[D - 1];
     const BatchPoints points = batch_points(cloud, near, kernel, volumes);
     const int* const order = near.order.size() > 0 ? near.order.data() : nullptr;

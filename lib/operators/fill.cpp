@@ -19,7 +19,7 @@ template <int D>
 class RowWorker {
  public:
   RowWorker(const Cpu* cpu, const std::vector<Request>& requests, const Cloud& cloud,
-            const Neighbours& near, const Eigen::VectorXd& volumes, const ChosenRows& rows,
+            const Neighbours& near, const DenseVector& volumes, const ChosenRows& rows,
             const AssemblyOptions& options)
       : cpu_(cpu),
         requests_(requests),
@@ -93,7 +93,7 @@ class RowWorker {
   const std::vector<Request>& requests_;
   const Cloud& cloud_;
   const Neighbours& near_;
-  const Eigen::VectorXd& volumes_;
+  const DenseVector& volumes_;
   ChosenRows rows_;
   const int* order_;
   BatchPoints points_;
@@ -107,7 +107,7 @@ class RowWorker {
 }  // namespace
 
 void fill(const Cpu* cpu, const std::vector<Request>& requests, const Cloud& cloud,
-          const Neighbours& near, const Eigen::VectorXd& volumes, const ChosenRows& rows,
+          const Neighbours& near, const DenseVector& volumes, const ChosenRows& rows,
           const AssemblyOptions& options) {
   dispatch(cloud.dimension(), [&](auto d) {
     parallel_chunks(rows.count, rows_per_chunk, options.threads,

@@ -22,7 +22,7 @@ double value(const Phi& c, const Profile& p, double q) {
 
 template <int D>
 void Row<D>::gather(const Cloud& cloud, std::span<const int> neighbours, double support,
-                    const Eigen::VectorXd& volumes, int i) {
+                    const DenseVector& volumes, int i) {
   n_ = static_cast<int>(neighbours.size());
   h_ = support;
   const double per_h = 1 / h_;

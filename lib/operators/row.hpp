@@ -29,7 +29,7 @@ class Row {
 
   /// Takes up the neighbours of point i within `support`.
   void gather(const Cloud& cloud, std::span<const int> neighbours, double support,
-              const Eigen::VectorXd& volumes, int i);
+              const DenseVector& volumes, int i);
 
   /// Computes the weights a_ij of a scheme; zeros, if it cannot be.
   Solution solve(const Equations& equations);

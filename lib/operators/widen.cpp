@@ -36,14 +36,14 @@ WidenedRow widened_row(Row<D>& row, std::span<const int> neighbours, int i) {
 
 /// Rows that were tried with larger supports.
 struct Attempt {
-  Eigen::VectorXd supports;
+  DenseVector supports;
   RowReport report;
   std::vector<WidenedRow> rows;
 };
 
 template <int D>
-Attempt attempt(const Equations& equations, const Cloud& cloud, const Eigen::VectorXd& volumes,
-                const std::vector<int>& points, const Eigen::VectorXd& supports,
+Attempt attempt(const Equations& equations, const Cloud& cloud, const DenseVector& volumes,
+                const std::vector<int>& points, const DenseVector& supports,
                 const AssemblyOptions& options) {
   const int count = static_cast<int>(points.size());
   const Neighbours near = neighbours_around(cloud, points, supports, options.threads);
@@ -100,7 +100,7 @@ WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenR
   WidenedRows solved;
   for (double factor = step; factor <= widest && !zero.empty(); factor *= step) {
     std::vector<int> points;
-    Eigen::VectorXd supports(std::ssize(zero));
+    DenseVector supports(std::ssize(zero));
     for (const int k : zero) {
       supports[std::ssize(points)] = std::min(factor * op.rows.supports[k], largest_support(cloud));
       points.push_back(rows.point(k));

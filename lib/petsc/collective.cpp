@@ -104,7 +104,7 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   raise(failure);
 }
 
-std::pair<double, double> middle_two(MPI_Comm comm, const Eigen::VectorXd& values) {
+std::pair<double, double> middle_two(MPI_Comm comm, const VectorView& values) {
   const auto n = sum_of(comm, static_cast<std::int64_t>(values.size()));
   const auto at_most = [&](std::uint64_t bound) {
     std::int64_t count = 0;
@@ -127,7 +127,7 @@ std::pair<double, double> middle_two(MPI_Comm comm, const Eigen::VectorXd& value
   return {lower, n % 2 == 1 || at_most(below) > n / 2 ? lower : upper};
 }
 
-double median(MPI_Comm comm, const Eigen::VectorXd& values) {
+double median(MPI_Comm comm, const VectorView& values) {
   const auto [lower, upper] = middle_two(comm, values);
   return lower == upper ? lower : (lower + upper) / 2;
 }

@@ -3,11 +3,12 @@
 #include <mpi.h>
 #include <petscsys.h>
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "gradpsi/dense.hpp"
 
 namespace gradpsi::petsc {
 
@@ -76,7 +77,7 @@ T sum_before(MPI_Comm comm, T value) {
 }
 
 /// The middle two of all processes' values, at least one; of an odd number of them the middle one twice.
-std::pair<double, double> middle_two(MPI_Comm comm, const Eigen::VectorXd& values);
+std::pair<double, double> middle_two(MPI_Comm comm, const VectorView& values);
 
 /// Throws what PETSc says of an error.
 void check(PetscErrorCode code);

@@ -40,12 +40,12 @@ FixedValues with_halo(const Subdomain& mine, const FixedValues& own) {
       if (i < 0 || i >= mine.cloud().size() || place[i] < 0)
         throw InvalidInput("there is no own point " + std::to_string(i) + " to have a condition");
   });
-  Eigen::MatrixXd marks = Eigen::MatrixXd::Zero(std::ssize(mine.own()), 2);  // and values
+  DenseMatrix marks = DenseMatrix::Zero(std::ssize(mine.own()), 2);  // and values
   for (std::size_t k = 0; k < own.points.size(); ++k) {
     marks(place[own.points[k]], 0) = 1;
     if (prescribed) marks(place[own.points[k]], 1) = own.values[k];
   }
-  const Eigen::MatrixXd all = mine.spread(marks);
+  const DenseMatrix all = mine.spread(marks);
   FixedValues result{own.points};
   for (int i = 0; i < mine.cloud().size(); ++i)
     if (place[i] < 0 && all(i, 0) != 0) result.points.push_back(i);
@@ -80,10 +80,10 @@ Numbering numbering(const Subdomain& mine, const DiffusionSystem& system) {
 }
 
 /// What belongs to rows, for all columns of the system.
-Eigen::VectorXd column_values(const Subdomain& mine, const DiffusionSystem& system,
-                              const Eigen::VectorXd& of_rows) {
+DenseVector column_values(const Subdomain& mine, const DiffusionSystem& system,
+                          const VectorView& of_rows) {
   const std::vector<int> place = own_places(mine);
-  Eigen::VectorXd own = Eigen::VectorXd::Zero(std::ssize(mine.own()));
+  DenseVector own = DenseVector::Zero(std::ssize(mine.own()));
   for (Eigen::Index k = 0; k < of_rows.size(); ++k) own[place[system.rows()[k]]] = of_rows[k];
   return mine.spread(own)(system.columns(), 0);
 }
@@ -136,7 +136,7 @@ void check_floating(const Subdomain& mine, const DiffusionSystem& system) {
 }
 
 /// The points of the system's columns, with their volumes.
-Cloud column_points(const Cloud& cloud, const Eigen::VectorXd& volumes,
+Cloud column_points(const Cloud& cloud, const VectorView& volumes,
                     const std::vector<int>& columns) {
   return Cloud(cloud.positions()(columns, Eigen::all),
                {.volumes = volumes(columns), .box = cloud.box()});
@@ -161,7 +161,7 @@ Handle<Mat> twin_of(const Subdomain& mine, const DiffusionSystem& system, const 
                     const Numbering& numbers, int threads) {
   const MPI_Comm comm = mine.partition().comm();
   const SparseMatrix& A = system.matrix();
-  const Eigen::VectorXd scales = column_values(
+  const DenseVector scales = column_values(
       mine, system, twin_scales(A, points, numbers.diagonal, system.points().walls, threads));
   SparseMatrix rows;
   together(comm, [&] { compact_twin(A, points, numbers.diagonal, scales, threads, rows); });
@@ -192,7 +192,7 @@ struct ImplicitDiffusion::State {
   std::optional<DiffusionSystem> system;
   std::optional<Solver> solver;
   SolverReport nothing;  // to solve
-  Eigen::VectorXd product, rhs, solution;
+  DenseVector product, rhs, solution;
 };
 
 ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
@@ -221,7 +221,7 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
   });
   check_floating(mine, *system);
   set_up(points, numbers, options.solver);
-  for (Eigen::VectorXd* v : {&product, &rhs, &solution}) v->resize(std::ssize(system->rows()));
+  for (DenseVector* v : {&product, &rhs, &solution}) v->resize(std::ssize(system->rows()));
 }
 
 /// Hands the system over to a solver.
@@ -249,7 +249,7 @@ ImplicitDiffusion::ImplicitDiffusion(const Subdomain& mine, Operator laplacian,
 ImplicitDiffusion::ImplicitDiffusion(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion::~ImplicitDiffusion() = default;
 
-SolveReport ImplicitDiffusion::step(Eigen::VectorXd& u) {
+SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::VectorXd> u) {
   State& s = *state_;
   const Subdomain& mine = s.mine;
   together(mine.partition().comm(), [&] {
@@ -261,8 +261,8 @@ SolveReport ImplicitDiffusion::step(Eigen::VectorXd& u) {
         throw InvalidInput("the field is not finite at point " +
                            std::to_string(mine.cloud().number(mine.own()[k])));
   });
-  Eigen::VectorXd all = mine.spread(u);
-  const auto span = [](Eigen::VectorXd& v) {
+  DenseVector all = mine.spread(u);
+  const auto span = [](DenseVector& v) {
     return std::span(v.data(), static_cast<std::size_t>(v.size()));
   };
   SolveReport report;

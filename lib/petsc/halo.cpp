@@ -44,11 +44,11 @@ class Boxes {
 /// What each process asks of others: their points in boxes around its own.
 struct HaloSearch {
   static std::map<int, Boxes> requests(const Partition& partition, const Positions& x,
-                                       const Eigen::VectorXd& reach);
+                                       const VectorView& reach);
 };
 
 std::map<int, Boxes> HaloSearch::requests(const Partition& partition, const Positions& x,
-                                          const Eigen::VectorXd& reach) {
+                                          const VectorView& reach) {
   std::map<int, Boxes> result;
   const Cloud& own = partition.cloud();
   const int d = own.dimension();
@@ -108,7 +108,7 @@ std::vector<std::int64_t> answer(const Cloud& own, const Positions& x, const dou
 }  // namespace
 
 std::vector<Outsider> halo(const Partition& partition, const Positions& x,
-                           const Eigen::VectorXd& reach) {
+                           const VectorView& reach) {
   MPI_Comm comm;
   PetscMPIInt tag;
   check(PetscCommDuplicate(partition.comm(), &comm, &tag));

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/petsc_partition.hpp"
 
 namespace gradpsi::petsc {
@@ -15,7 +16,6 @@ struct Outsider {
 
 /// The points of other processes in boxes of `reach` around own ones, by ascending number: their owners are asked.
 /// @param x  own points, in their box
-std::vector<Outsider> halo(const Partition& partition, const Positions& x,
-                           const Eigen::VectorXd& reach);
+std::vector<Outsider> halo(const Partition& partition, const Positions& x, const VectorView& reach);
 
 }  // namespace gradpsi::petsc

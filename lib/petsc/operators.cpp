@@ -16,16 +16,16 @@ namespace gradpsi::petsc {
 namespace {
 
 /// Distances of own points to the nearest other one, exact where they are at most `reach`.
-Eigen::VectorXd nearest_within(const Partition& partition, double reach, int threads) {
-  const Subdomain mine(partition, Eigen::VectorXd::Constant(1, reach));
-  Eigen::VectorXd distances;
+DenseVector nearest_within(const Partition& partition, double reach, int threads) {
+  const Subdomain mine(partition, DenseVector::Constant(1, reach));
+  DenseVector distances;
   together(partition.comm(),
            [&] { distances = nearest_distances(mine.cloud(), threads)(mine.own()); });
   return distances;
 }
 
 /// Throws unless the halo has all within a multiple of the supports, or within half of a periodic box.
-void check_supports(const Subdomain& mine, const Eigen::VectorXd& supports, double factor) {
+void check_supports(const Subdomain& mine, const VectorView& supports, double factor) {
   for (std::size_t k = 0; k < mine.own().size(); ++k) {
     double needed = factor * supports[supports.size() == 1 ? 0 : mine.own()[k]];
     for (const double length : mine.cloud().box())
@@ -42,7 +42,7 @@ void check_supports(const Subdomain& mine, const Eigen::VectorXd& supports, doub
 Cloud with_number_densities(const Subdomain& mine, const Neighbours& near,
                             const AssemblyOptions& options) {
   const Cloud& cloud = mine.cloud();
-  Eigen::VectorXd own;
+  DenseVector own;
   together(mine.partition().comm(), [&] {
     own = number_density_volumes(cloud, near, options.kernel, options.threads)(mine.own());
   });
@@ -86,7 +86,7 @@ double spacing(const Partition& partition, int threads) {
 }
 
 std::vector<int> coincident_points(const Partition& partition) {
-  const Subdomain mine(partition, Eigen::VectorXd::Zero(1));
+  const Subdomain mine(partition, DenseVector::Zero(1));
   std::vector<int> result;
   together(partition.comm(), [&] {
     const std::vector<int> distinct = distinct_points(mine.cloud());
@@ -97,7 +97,7 @@ std::vector<int> coincident_points(const Partition& partition) {
   return result;
 }
 
-Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& supports, int threads) {
+Neighbours find_neighbours(const Subdomain& mine, const VectorView& supports, int threads) {
   const MPI_Comm comm = mine.partition().comm();
   // A process with a single point has one support either way.
   const bool one = !anywhere(comm, supports.size() != 1);
@@ -106,7 +106,7 @@ Neighbours find_neighbours(const Subdomain& mine, const Eigen::VectorXd& support
       throw InvalidInput("there are " + std::to_string(supports.size()) + " supports for " +
                          std::to_string(mine.own().size()) + " points");
   });
-  const Eigen::VectorXd all = one ? supports : Eigen::VectorXd(mine.spread(supports));
+  const DenseVector all = one ? DenseVector(supports) : DenseVector(mine.spread(supports));
   Neighbours near;
   together(comm, [&] {
     check_supports(mine, all, 1);
@@ -134,7 +134,7 @@ Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours&
 }
 
 Operator with_conductivity(Operator laplacian, const Subdomain& mine,
-                           const Eigen::VectorXd& conductivity, Mean mean) {
+                           const VectorView& conductivity, Mean mean) {
   const MPI_Comm comm = mine.partition().comm();
   together(comm, [&] {
     if (conductivity.size() != std::ssize(mine.own()))
@@ -146,7 +146,7 @@ Operator with_conductivity(Operator laplacian, const Subdomain& mine,
                            std::to_string(mine.cloud().number(mine.own()[k])) +
                            " must be > 0 and finite, not " + shortest(conductivity[k]));
   });
-  const Eigen::VectorXd all = mine.spread(conductivity);
+  const DenseVector all = mine.spread(conductivity);
   Operator result;
   together(comm, [&] { result = gradpsi::with_conductivity(std::move(laplacian), all, mean); });
   return result;

@@ -186,11 +186,11 @@ void Partition::distribute(const Cloud& given) {
   cloud_ = Cloud(x, std::move(options));
 }
 
-Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
+DenseMatrix Partition::to_owners(const MatrixView& of_given) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
   check_row_count(comm_, of_given.rows(), roots);
-  Eigen::MatrixXd result(leaves, of_given.cols());
+  DenseMatrix result(leaves, of_given.cols());
   for (Eigen::Index c = 0; c < of_given.cols(); ++c) {
     const double* const from = of_given.col(c).data();
     check(
@@ -200,11 +200,11 @@ Eigen::MatrixXd Partition::to_owners(const Eigen::MatrixXd& of_given) const {
   return result;
 }
 
-Eigen::MatrixXd Partition::to_givers(const Eigen::MatrixXd& of_own) const {
+DenseMatrix Partition::to_givers(const MatrixView& of_own) const {
   PetscInt roots, leaves;
   check(PetscSFGetGraph(from_givers_.get(), &roots, &leaves, nullptr, nullptr));
   check_row_count(comm_, of_own.rows(), leaves);
-  Eigen::MatrixXd result(roots, of_own.cols());
+  DenseMatrix result(roots, of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c) {
     const double* const from = of_own.col(c).data();
     check(PetscSFReduceBegin(from_givers_.get(), MPI_DOUBLE, from, result.col(c).data(),

@@ -36,7 +36,7 @@ Solver::Solver(MPI_Comm comm, SpreadSystem system, const Choice& choice,
       twin_(std::move(system.twin)),
       options_(options),
       choice_(choice),
-      scale_(Eigen::VectorXd::Ones(system.volumes.size())) {
+      scale_(DenseVector::Ones(system.volumes.size())) {
   b_ = vector_like(A_.get());
   x_ = vector_like(A_.get());
   r_ = vector_like(A_.get());
@@ -49,14 +49,14 @@ Solver::Solver(MPI_Comm comm, SpreadSystem system, const Choice& choice,
   iterates(choice_.method) ? set_up_krylov(system.walls, system.traits) : factorise();
 }
 
-void Solver::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+void Solver::multiply(const VectorView& x, DenseVector& y) {
   for_each_entry(x_.get(), [&](PetscInt k, double& v) { v = x[k]; });
   check(MatMult(A_.get(), x_.get(), r_.get()));
   for_each_entry(r_.get(), [&](PetscInt k, double& v) { y[k] = v / scale_[k]; });
 }
 
 /// Puts b and x in their vectors, in units of a power of 2.
-void Solver::start(const Eigen::VectorXd& b, const Eigen::VectorXd& x, int unit) {
+void Solver::start(const VectorView& b, const VectorView& x, int unit) {
   bool finite = true;
   for_each_entry(b_.get(), [&](PetscInt k, double& v) { v = scale_[k] * std::ldexp(b[k], -unit); });
   for_each_entry(x_.get(), [&](PetscInt k, double& v) {
@@ -66,7 +66,7 @@ void Solver::start(const Eigen::VectorXd& b, const Eigen::VectorXd& x, int unit)
   if (anywhere(comm_, !finite)) check(VecSet(x_.get(), 0));  // a start that far off is none
 }
 
-SolveReport Solver::solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+SolveReport Solver::solve(const VectorView& b, DenseVector& x) {
   Stopwatch watch;
   SolveReport result;
   const double largest = largest_of(comm_, b.size() > 0 ? b.cwiseAbs().maxCoeff() : 0.0);

@@ -11,10 +11,10 @@ namespace gradpsi::petsc {
 /// A system whose rows are spread over processes.
 struct SpreadSystem {
   Handle<Mat> A;
-  Handle<Mat> twin = {};    // what multigrid is made of; null: A itself
-  Eigen::VectorXd volumes;  // of this process's rows' points
-  std::vector<int> walls;   // those of its rows that hold a boundary condition
-  Traits traits;            // of the whole
+  Handle<Mat> twin = {};   // what multigrid is made of; null: A itself
+  DenseVector volumes;     // of this process's rows' points
+  std::vector<int> walls;  // those of its rows that hold a boundary condition
+  Traits traits;           // of the whole
 };
 
 /// A x = b, solved by PETSc; what gradpsi::LinearSolver is on one machine.
@@ -27,9 +27,9 @@ class Solver {
   const SolverReport& report() const { return report_; }
 
   /// y = A x
-  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y);
+  void multiply(const VectorView& x, DenseVector& y);
   /// x is where iterations start from.
-  SolveReport solve(const Eigen::VectorXd& b, Eigen::VectorXd& x);
+  SolveReport solve(const VectorView& b, DenseVector& x);
 
  private:
   struct Sizes {
@@ -43,7 +43,7 @@ class Solver {
   void finish();
   void describe();
 
-  void start(const Eigen::VectorXd& b, const Eigen::VectorXd& x, int unit);
+  void start(const VectorView& b, const VectorView& x, int unit);
   bool iterate(SolveReport& result, int limit);
   int advance(double tolerance, int limit);
   Sizes sizes();
@@ -53,7 +53,7 @@ class Solver {
   Handle<Mat> A_, twin_;
   SolverOptions options_;
   Choice choice_;
-  Eigen::VectorXd scale_;  // of rows: the points' volumes if that makes A symmetric, or 1
+  DenseVector scale_;  // of rows: the points' volumes if that makes A symmetric, or 1
   Handle<Vec> b_, x_, r_;
   std::optional<WallCorrection> walls_;
   Owned<PC> inner_;  // what that corrects

@@ -9,7 +9,7 @@
 namespace gradpsi::petsc {
 namespace {
 
-void check_reach(const Partition& partition, const Eigen::VectorXd& reach) {
+void check_reach(const Partition& partition, const VectorView& reach) {
   if (reach.size() != 1 && reach.size() != partition.cloud().size())
     throw InvalidInput("there are " + std::to_string(reach.size()) + " reaches for " +
                        std::to_string(partition.cloud().size()) + " points");
@@ -19,7 +19,7 @@ void check_reach(const Partition& partition, const Eigen::VectorXd& reach) {
 
 }  // namespace
 
-Subdomain::Subdomain(const Partition& partition, const Eigen::VectorXd& reach)
+Subdomain::Subdomain(const Partition& partition, const VectorView& reach)
     : partition_(&partition), reach_(reach), cloud_(partition.cloud()) {
   const MPI_Comm comm = partition.comm();
   together(comm, [&] { check_reach(partition, reach); });
@@ -59,9 +59,9 @@ void Subdomain::spread(MPI_Datatype type, const T* of_own, T* of_all) const {
   check(PetscSFBcastEnd(from_owners_.get(), type, of_own, of_all, MPI_REPLACE));
 }
 
-Eigen::MatrixXd Subdomain::spread(const Eigen::MatrixXd& of_own) const {
+DenseMatrix Subdomain::spread(const MatrixView& of_own) const {
   check_row_count(partition_->comm(), of_own.rows(), std::ssize(own_));
-  Eigen::MatrixXd result(cloud_.size(), of_own.cols());
+  DenseMatrix result(cloud_.size(), of_own.cols());
   for (Eigen::Index c = 0; c < of_own.cols(); ++c)
     spread(MPI_DOUBLE, of_own.col(c).data(), result.col(c).data());
   return result;

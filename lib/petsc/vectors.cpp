@@ -32,7 +32,7 @@ void take_magnitudes(Mat A) {
 
 }  // namespace
 
-bool is_symmetric(Mat A, const Eigen::VectorXd& scale) {
+bool is_symmetric(Mat A, const VectorView& scale) {
   const auto x = vector_like(A), y = vector_like(A), Ax = vector_like(A), Ay = vector_like(A);
   PetscInt first;
   check(VecGetOwnershipRange(x.get(), &first, nullptr));

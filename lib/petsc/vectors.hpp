@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/petsc_partition.hpp"
 #include "petsc/collective.hpp"
 
@@ -25,7 +26,7 @@ void for_each_entry(Vec v, const F& f) {
 
 /// Whether diag(scale) A is symmetric, that is x . scale A y = y . scale A x for two arbitrary vectors:
 /// comparing entries would take rows of others.
-bool is_symmetric(Mat A, const Eigen::VectorXd& scale);
+bool is_symmetric(Mat A, const VectorView& scale);
 
 /// y = |A| |x|, entry by entry.
 void multiply_magnitudes(Mat A, Vec x, Vec y);

@@ -52,15 +52,15 @@ py::object csr(const SparseMatrix& A, const py::object& owner, bool pattern_writ
 
 }  // namespace
 
-Eigen::VectorXd vector(const py::object& x, std::string_view name) {
+DenseVector vector(const py::object& x, std::string_view name) {
   const Doubles array = numbers(x, name);
   if (array.ndim() != 1) throw_shape(name, "n numbers", array);
-  return Eigen::Map<const Eigen::VectorXd>(array.data(), array.size());
+  return Eigen::Map<const DenseVector>(array.data(), array.size());
 }
 
-Eigen::VectorXd optional_vector(const py::object& x, std::string_view name, Eigen::Index size) {
+DenseVector optional_vector(const py::object& x, std::string_view name, Eigen::Index size) {
   if (x.is_none()) return {};
-  const Eigen::VectorXd result = vector(x, name);
+  const DenseVector result = vector(x, name);
   // The library takes an empty vector for none.
   if (result.size() != size)
     throw InvalidInput(std::string(name) + " has " + std::to_string(result.size()) +

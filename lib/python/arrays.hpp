@@ -47,9 +47,9 @@ auto without_gil(F&& f) {
 
 /// n numbers; `name` is the argument's in messages (so it is below).
 /// @throws InvalidInput  if `x` is not of real numbers or has another shape (so do those below)
-Eigen::VectorXd vector(const py::object& x, std::string_view name);
+DenseVector vector(const py::object& x, std::string_view name);
 /// `size` numbers; None: empty.
-Eigen::VectorXd optional_vector(const py::object& x, std::string_view name, Eigen::Index size);
+DenseVector optional_vector(const py::object& x, std::string_view name, Eigen::Index size);
 /// One number, where `x` is not an array.
 std::optional<double> number(const py::object& x, std::string_view name);
 /// n x d, or n numbers for points on a line.
@@ -57,7 +57,7 @@ Positions positions(const py::object& x, std::string_view name);
 
 /// One field (n) or several (n x k), and what goes back in the same shape.
 struct Fields {
-  Eigen::MatrixXd values;
+  DenseMatrix values;
   bool single;
 
   Fields(const py::object& x, std::string_view name);
@@ -96,7 +96,8 @@ py::array_t<T> view(const T* data, Eigen::Index size, const py::object& owner,
   return array;
 }
 template <class T>
-py::array_t<T> view(const Eigen::Matrix<T, Eigen::Dynamic, 1>& x, const py::object& owner) {
+py::array_t<T> view(const Eigen::Matrix<T, Eigen::Dynamic, 1, Eigen::DontAlign>& x,
+                    const py::object& owner) {
   return view(x.data(), x.size(), owner);
 }
 

@@ -10,7 +10,7 @@ namespace {
 Cloud cloud(const ArrayLike& positions, const ArrayLike& volumes, const ArrayLike& box) {
   Positions x = python::positions(positions, "positions");
   CloudOptions options{.volumes = optional_vector(volumes, "volumes", x.rows())};
-  const Eigen::VectorXd lengths = optional_vector(box, "box", x.cols());
+  const DenseVector lengths = optional_vector(box, "box", x.cols());
   for (Eigen::Index a = 0; a < std::min<Eigen::Index>(lengths.size(), 3); ++a)
     options.box[a] = lengths[a];
   return Cloud(std::move(x), std::move(options));
@@ -37,7 +37,7 @@ py::tuple cloud_box(const Cloud& cloud) {
 Neighbours neighbours(const Cloud& cloud, const ArrayLike& support, int threads) {
   if (const auto h = number(support, "support"))
     return without_gil([&] { return find_neighbours(cloud, *h, threads); });
-  const Eigen::VectorXd supports = vector(support, "support");
+  const DenseVector supports = vector(support, "support");
   return without_gil([&] { return find_neighbours(cloud, supports, threads); });
 }
 
@@ -48,7 +48,7 @@ py::array_t<int> neighbours_of(const py::object& self, int point) {
   return view(near.of(point).data(), near.count(point), self);
 }
 
-template <Eigen::VectorXi Neighbours::*member>
+template <IndexVector Neighbours::*member>
 py::array_t<int> member_view(const py::object& self) {
   return view(self.cast<const Neighbours&>().*member, self);
 }

@@ -7,15 +7,15 @@
 namespace gradpsi::python {
 namespace {
 
-template <Eigen::VectorXd RowDiagnosis::*member>
+template <DenseVector RowDiagnosis::*member>
 py::array per_row(const py::object& self) {
   return view(self.cast<const RowDiagnosis&>().*member, self);
 }
 
 /// Columns are contiguous.
-template <Eigen::MatrixXd RowDiagnosis::*member>
+template <DenseMatrix RowDiagnosis::*member>
 py::object per_row_and_degree(const py::object& self) {
-  const Eigen::MatrixXd& x = self.cast<const RowDiagnosis&>().*member;
+  const DenseMatrix& x = self.cast<const RowDiagnosis&>().*member;
   return view(x.data(), x.size(), self).attr("reshape")(x.cols(), x.rows()).attr("T");
 }
 
@@ -63,7 +63,7 @@ Raises InvalidInput if sizes disagree or threads is out of range.)");
       "error_bound",
       [](const RowDiagnosis& rows, const ArrayLike& derivatives) {
         const auto bounds = positions(derivatives, "derivatives");
-        const Eigen::MatrixXd M = bounds.cols() == 1 ? bounds.transpose() : bounds;
+        const DenseMatrix M = bounds.cols() == 1 ? bounds.transpose() : bounds;
         return without_gil([&] { return error_bound(rows, M); });
       },
       py::arg("rows"), py::arg("derivatives"),
@@ -93,7 +93,7 @@ void bind_summary(py::module_& m) {
       "summarise",
       [](const SparseLike& laplacian, const ArrayLike& volumes) {
         const SparseMatrix A = sparse(laplacian, "laplacian");
-        const Eigen::VectorXd omega = vector(volumes, "volumes");
+        const DenseVector omega = vector(volumes, "volumes");
         return without_gil([&] { return summarise(A, omega); });
       },
       py::arg("laplacian"), py::arg("volumes"),
@@ -115,7 +115,7 @@ void bind_forecast(py::module_& m) {
          const ArrayLike& volumes) {
         const SparseMatrix A = sparse(laplacian, "laplacian");
         const std::vector<int> evolving = points(where, "points", cloud.size());
-        const Eigen::VectorXd omega = vector(volumes, "volumes");
+        const DenseVector omega = vector(volumes, "volumes");
         return without_gil([&] { return forecast(cloud, A, evolving, omega); });
       },
       py::arg("cloud"), py::arg("laplacian"), py::arg("points"), py::arg("volumes"),
@@ -143,7 +143,7 @@ void bind_spectrum(py::module_& m) {
       "spectrum",
       [](const SparseLike& matrix, const ArrayLike& volumes, int complete_below, int threads) {
         const SparseMatrix A = sparse(matrix, "matrix");
-        const Eigen::VectorXd omega = optional_vector(volumes, "volumes", A.rows());
+        const DenseVector omega = optional_vector(volumes, "volumes", A.rows());
         return without_gil([&] { return spectrum(A, omega, complete_below, threads); });
       },
       py::arg("matrix"), py::arg("volumes") = py::none(), py::kw_only(),

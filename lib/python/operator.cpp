@@ -61,15 +61,15 @@ std::string summary(const Operator& op) {
 py::array product(const Operator& op, const ArrayLike& u, int threads) {
   Fields fields(u, "u");
   if (op.axes.size() == 1) {
-    Eigen::MatrixXd result;
+    DenseMatrix result;
     without_gil([&] { multiply(op.matrix(), fields.values, result, threads); });
     fields.values = std::move(result);
     return fields.array();
   }
   if (!fields.single)
     throw InvalidInput("the axes of a gradient are multiplied by one field at a time");
-  Eigen::MatrixXd result;
-  const Eigen::VectorXd field = fields.values.col(0);
+  DenseMatrix result;
+  const DenseVector field = fields.values.col(0);
   without_gil([&] { multiply(std::span(op.axes), field, result, threads); });
   return py::cast(std::move(result));
 }
@@ -202,7 +202,7 @@ Raises InvalidInput if sizes disagree.)");
   m.def(
       "with_conductivity",
       [](const Operator& laplacian, const ArrayLike& conductivity, const std::string& mean) {
-        const Eigen::VectorXd kappa = vector(conductivity, "conductivity");
+        const DenseVector kappa = vector(conductivity, "conductivity");
         const auto of_two = choice<Mean>(
             "mean", mean, {{"arithmetic", Mean::Arithmetic}, {"harmonic", Mean::Harmonic}});
         return without_gil([&] { return with_conductivity(laplacian, kappa, of_two); });

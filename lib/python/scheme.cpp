@@ -16,8 +16,8 @@ py::list names_of_kernels() {
 py::tuple kernel_values(const std::string& name, int dimension, double support,
                         const ArrayLike& r) {
   const Kernel& of_that_name = kernel(name);
-  const Eigen::VectorXd distances = vector(r, "r");
-  Eigen::VectorXd w(distances.size()), dw_over_r(distances.size()), d2w(distances.size());
+  const DenseVector distances = vector(r, "r");
+  DenseVector w(distances.size()), dw_over_r(distances.size()), d2w(distances.size());
   for (Eigen::Index k = 0; k < distances.size(); ++k) {
     const KernelValue value = evaluate(of_that_name, dimension, support, distances[k]);
     w[k] = value.w;

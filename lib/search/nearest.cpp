@@ -17,7 +17,7 @@ namespace {
 
 /// Writes the distances of a leaf's points: those within it say how far to look outside.
 template <int D>
-void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, Eigen::VectorXd& distances) {
+void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, DenseVector& distances) {
   const auto squared = [&](int k) { return search.nearest_squared(tree.number(k), tree.point(k)); };
   double squared_reach = 0;
   search.gather(tree, leaf, 0);
@@ -29,8 +29,8 @@ void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, Eigen::Vecto
 }
 
 template <int D>
-Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
-  Eigen::VectorXd distances(cloud.size());
+DenseVector nearest(const Cloud& cloud, int threads) {
+  DenseVector distances(cloud.size());
   if (cloud.size() == 0) return distances;
   const Tree<D> tree = tree_of_all<D>(cloud, threads);
   parallel_chunks(static_cast<int>(tree.leaves().size()), leaves_per_chunk, threads,
@@ -43,7 +43,7 @@ Eigen::VectorXd nearest(const Cloud& cloud, int threads) {
 
 }  // namespace
 
-Eigen::VectorXd nearest_distances(const Cloud& cloud, int threads) {
+DenseVector nearest_distances(const Cloud& cloud, int threads) {
   checked_threads(threads);
   return dispatch(cloud.dimension(),
                   [&](auto d) { return nearest<decltype(d)::value>(cloud, threads); });

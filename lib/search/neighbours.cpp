@@ -26,7 +26,7 @@ namespace {
 
 constexpr int leaves_for_estimate = 64;
 
-void check_supports(const Cloud& cloud, const Eigen::VectorXd& supports) {
+void check_supports(const Cloud& cloud, const VectorView& supports) {
   if (supports.size() != 1 && supports.size() != cloud.size())
     throw InvalidInput("supports has " + std::to_string(supports.size()) + " entries for " +
                        std::to_string(cloud.size()) + " points");
@@ -207,10 +207,9 @@ void copy_rows(const std::vector<const int*>& chunks, const Tree<D>& tree, int t
 }
 
 template <int D>
-Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, const Wanted& wanted,
-                int threads) {
+Neighbours find(const Cloud& cloud, const VectorView& supports, const Wanted& wanted, int threads) {
   const int n = cloud.size();
-  Neighbours near{Eigen::VectorXi::Zero(n + 1), {}, supports};
+  Neighbours near{IndexVector::Zero(n + 1), {}, supports};
   if (wanted.count == 0) return near;
   const double largest = supports.maxCoeff();
   const Tree<D> tree(cloud, largest, threads);
@@ -229,10 +228,10 @@ Neighbours find(const Cloud& cloud, const Eigen::VectorXd& supports, const Wante
 }
 
 template <int D>
-Neighbours around(const Cloud& cloud, const std::vector<int>& points,
-                  const Eigen::VectorXd& supports, int threads) {
+Neighbours around(const Cloud& cloud, const std::vector<int>& points, const VectorView& supports,
+                  int threads) {
   const int count = static_cast<int>(points.size());
-  Neighbours near{Eigen::VectorXi::Zero(count + 1), {}, supports};
+  Neighbours near{IndexVector::Zero(count + 1), {}, supports};
   if (count == 0) return near;
   const Tree<D> tree(cloud, supports.maxCoeff(), threads);
   std::vector<int> place(cloud.size());  // in tree order
@@ -260,7 +259,7 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points,
   return near;
 }
 
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>* rows, int threads) {
   check_supports(cloud, supports);
   checked_threads(threads);
@@ -272,21 +271,21 @@ Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
 
 }  // namespace
 
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports, int threads) {
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int threads) {
   return find_neighbours(cloud, supports, nullptr, threads);
 }
 
-Neighbours find_neighbours(const Cloud& cloud, const Eigen::VectorXd& supports,
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>& rows, int threads) {
   return find_neighbours(cloud, supports, &rows, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
-  return find_neighbours(cloud, Eigen::VectorXd::Constant(1, support), threads);
+  return find_neighbours(cloud, DenseVector::Constant(1, support), threads);
 }
 
 Neighbours neighbours_around(const Cloud& cloud, const std::vector<int>& points,
-                             const Eigen::VectorXd& supports, int threads) {
+                             const VectorView& supports, int threads) {
   return dispatch(cloud.dimension(), [&](auto d) {
     return around<decltype(d)::value>(cloud, points, supports, threads);
   });

@@ -33,11 +33,11 @@ int nearest_neighbour(const Cloud& cloud, const Neighbours& near, int i) {
 std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads) {
   check_match(cloud, near);
   // The vector code of the search takes half the time of a pass over the lists, which jumps about in memory.
-  Eigen::VectorXd q = nearest_distances(cloud, threads);  // in units of the support
+  DenseVector q = nearest_distances(cloud, threads);  // in units of the support
   // A point without neighbours, or whose neighbours are not known, is not among those near one another.
   for (int i = 0; i < cloud.size(); ++i)
     q[i] = near.count(i) > 0 ? q[i] / near.support(i) : infinity;
-  Eigen::VectorXd found = q;
+  DenseVector found = q;
   const auto end = std::remove_if(found.begin(), found.end(), [](double x) { return x >= 1; });
   found.conservativeResize(end - found.begin());
   if (found.size() == 0) return {};

@@ -17,11 +17,11 @@ void check_rows(const SparseMatrix& A, const std::function<std::string(int)>& na
 RowTraits row_traits(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
                      int threads);
 
-Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
-                            const std::vector<int>& diagonal, const std::vector<int>& walls,
-                            int threads);
+DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
+                        const std::vector<int>& diagonal, const std::vector<int>& walls,
+                        int threads);
 void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
-                  const Eigen::VectorXd& scales, int threads, SparseMatrix& twin);
+                  const VectorView& scales, int threads, SparseMatrix& twin);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

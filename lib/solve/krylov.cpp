@@ -60,7 +60,7 @@ void Krylov::start_anew() {
   v_.setZero();
 }
 
-int Krylov::conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
+int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
                                 const Precondition& precondition, const double* b, double* x,
                                 double target, int max_iterations) {
   double* const r = r_.data();

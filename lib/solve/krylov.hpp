@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 namespace gradpsi {
@@ -22,7 +23,7 @@ class Krylov {
   /// symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput.
   /// 13, 1992), restarted where the residual has become orthogonal to its start. Both start from x and end
   /// when |b - A x| <= target by their recursion, or after that many iterations. Returns those done.
-  int conjugate_gradients(const SparseMatrix& A, const Eigen::VectorXd& scale,
+  int conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
                           const Precondition& precondition, const double* b, double* x,
                           double target, int max_iterations);
   int bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b, double* x,

@@ -13,9 +13,9 @@ namespace gradpsi {
 
 namespace {
 
-Eigen::VectorXd row_stiffness(const SparseMatrix& A, const Cloud& points,
-                              const std::vector<int>& diagonal, int threads) {
-  Eigen::VectorXd ratios = row_diffusivities(A, points, diagonal, threads);
+DenseVector row_stiffness(const SparseMatrix& A, const Cloud& points,
+                          const std::vector<int>& diagonal, int threads) {
+  DenseVector ratios = row_diffusivities(A, points, diagonal, threads);
   for (int k = 0; k < A.rows(); ++k) {
     const RowSum row = row_sum(A, k);
     const double squared_spacing =

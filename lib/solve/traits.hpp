@@ -32,9 +32,8 @@ void check_rows(const SparseMatrix& A, const std::function<std::string(int)>& na
 
 /// What some of a system's rows contribute to its traits.
 struct RowTraits {
-  bool dominant;  // all of them
-  Eigen::VectorXd
-      stiffness;  // of each; infinity where it sums to zero; none if there are no volumes
+  bool dominant;          // all of them
+  DenseVector stiffness;  // of each; infinity where it sums to zero; none if there are no volumes
 };
 /// Rows and `diagonal` as in twin.hpp.
 RowTraits row_traits(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,

@@ -15,9 +15,9 @@ namespace {
 constexpr double support_ratio = 2;
 
 template <int D>
-Eigen::VectorXd row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                                  const std::vector<int>& diagonal, int threads) {
-  Eigen::VectorXd m = Eigen::VectorXd::Zero(A.rows());
+DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
+                              const std::vector<int>& diagonal, int threads) {
+  DenseVector m = DenseVector::Zero(A.rows());
   parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
     for (int k = begin; k < end; ++k)
       for (SparseMatrix::InnerIterator a(A, k); a; ++a)
@@ -29,7 +29,7 @@ Eigen::VectorXd row_diffusivities(const SparseMatrix& A, const Cloud& points,
 /// Calls f(j, r^2, weight without its scale) for the columns within the compact support of row k's point.
 template <int D, class F>
 void for_each_near(const SparseMatrix& A, const Cloud& points, int k, int i, const F& f) {
-  const Eigen::VectorXd& omega = points.volumes();
+  const DenseVector& omega = points.volumes();
   for (SparseMatrix::InnerIterator a(A, k); a; ++a) {
     const int j = static_cast<int>(a.col());
     if (j == i) continue;
@@ -42,10 +42,10 @@ void for_each_near(const SparseMatrix& A, const Cloud& points, int k, int i, con
 }
 
 template <int D>
-Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
-                            const std::vector<int>& diagonal, const std::vector<int>& walls,
-                            int threads) {
-  Eigen::VectorXd scale = row_diffusivities<D>(A, points, diagonal, threads).cwiseMax(0);
+DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
+                        const std::vector<int>& diagonal, const std::vector<int>& walls,
+                        int threads) {
+  DenseVector scale = row_diffusivities<D>(A, points, diagonal, threads).cwiseMax(0);
   for (const int k : walls) scale[k] = 0;
   parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
@@ -61,7 +61,7 @@ Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
 
 template <int D>
 void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<int>& places,
-                  const Eigen::VectorXd& scale, int threads, SparseMatrix& twin) {
+                  const VectorView& scale, int threads, SparseMatrix& twin) {
   const int n = static_cast<int>(A.rows());
   twin.resize(n, A.cols());
   int* const outer = twin.outerIndexPtr();
@@ -99,23 +99,23 @@ void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<
 
 }  // namespace
 
-Eigen::VectorXd row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                                  const std::vector<int>& diagonal, int threads) {
+DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
+                              const std::vector<int>& diagonal, int threads) {
   return dispatch(points.dimension(), [&](auto d) {
     return row_diffusivities<decltype(d)::value>(A, points, diagonal, threads);
   });
 }
 
-Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
-                            const std::vector<int>& diagonal, const std::vector<int>& walls,
-                            int threads) {
+DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
+                        const std::vector<int>& diagonal, const std::vector<int>& walls,
+                        int threads) {
   return dispatch(points.dimension(), [&](auto d) {
     return twin_scales<decltype(d)::value>(A, points, diagonal, walls, threads);
   });
 }
 
 void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
-                  const Eigen::VectorXd& scales, int threads, SparseMatrix& twin) {
+                  const VectorView& scales, int threads, SparseMatrix& twin) {
   dispatch(points.dimension(), [&](auto d) {
     compact_twin<decltype(d)::value>(A, points, diagonal, scales, threads, twin);
   });

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
 
 // Rows may be some of a larger matrix's: `points` are those of the columns, with volumes, and `diagonal` says
@@ -12,13 +13,13 @@ namespace gradpsi {
 
 /// m_i = -sum_j a_ij r_ij^2 / (2d): the diffusivity (times the time step, or not) with which row i of
 /// A = I - dt nu Psi diffuses; exact for rows of second-order consistency.
-Eigen::VectorXd row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                                  const std::vector<int>& diagonal, int threads);
+DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
+                              const std::vector<int>& diagonal, int threads);
 
 /// What compact_twin() is to know of the columns, for each row; `walls` are rows.
-Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
-                            const std::vector<int>& diagonal, const std::vector<int>& walls,
-                            int threads);
+DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
+                        const std::vector<int>& diagonal, const std::vector<int>& walls,
+                        int threads);
 
 /// A sparser matrix that acts like A on smooth fields: A's row sums and row diffusivities, carried by
 /// the mixed zoc weights of points within two spacings among A's neighbours; the rows of walls are
@@ -26,6 +27,6 @@ Eigen::VectorXd twin_scales(const SparseMatrix& A, const Cloud& points,
 /// factorised the upper triangle is read) and, unless A is singular or odd, positive definite.
 /// @param scales  of the columns
 void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
-                  const Eigen::VectorXd& scales, int threads, SparseMatrix& twin);
+                  const VectorView& scales, int threads, SparseMatrix& twin);
 
 }  // namespace gradpsi

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "gradpsi/cloud.hpp"
+#include "gradpsi/dense.hpp"
 #include "gradpsi/kernel.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "operators/batch/batch.hpp"
@@ -12,7 +11,7 @@ namespace gradpsi {
 
 /// The arguments' arrays, as the vector code wants them.
 inline BatchPoints batch_points(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
-                                const Eigen::VectorXd& volumes) {
+                                const VectorView& volumes) {
   return {cloud.positions().data(),
           volumes.data(),
           {cloud.box()[0], cloud.box()[1], cloud.box()[2]},
