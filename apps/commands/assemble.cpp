@@ -11,15 +11,17 @@ namespace {
 
 using std::filesystem::path;
 
-/// OUT.mtx for a Laplacian, OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient.
+/// OUT.mtx for a Laplacian; OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient, and so on.
 std::vector<path> matrix_files(const path& output, const Scheme& scheme, int dimension) {
-  if (scheme.derivative == Derivative::Laplacian) return {output};
-  if (output.extension() != ".mtx")
-    throw BadUsage("-o", "of a gradient must end in .mtx, not be " + output.string());
   std::vector<path> files;
-  for (int a = 0; a < dimension; ++a)
+  for (const std::string& component : components(scheme.derivative, dimension)) {
+    if (component.empty()) return {output};
+    if (output.extension() != ".mtx")
+      throw BadUsage("-o", "of a " + std::string(name(scheme.derivative)) +
+                               " must end in .mtx, not be " + output.string());
     files.push_back(
-        path(output).replace_filename(output.stem().string() + '_' + "xyz"[a] + ".mtx"));
+        path(output).replace_filename(output.stem().string() + '_' + component + ".mtx"));
+  }
   return files;
 }
 

@@ -20,12 +20,9 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
   const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
   assemble(options, problem, report);
   const auto& axes = problem.op.axes;
-  if (scheme.derivative == Derivative::Laplacian) {
-    table.add("lap_" + field, axes[0] * u);
-  } else {
-    const std::array suffixes = {"_x", "_y", "_z"};
-    for (std::size_t a = 0; a < axes.size(); ++a) table.add(field + suffixes[a], axes[a] * u);
-  }
+  const auto names = components(scheme.derivative, problem.cloud.dimension());
+  for (std::size_t a = 0; a < axes.size(); ++a)
+    table.add(names[a].empty() ? "lap_" + field : field + '_' + names[a], axes[a] * u);
   write_and_report(options, report, table.has("support"), {output},
                    [&] { write_table(output, table); });
 }

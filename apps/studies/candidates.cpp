@@ -151,7 +151,7 @@ std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& po
         [&] { near = find_neighbours(trial.cloud, ratio * trial.spacing, trial.assembly.threads); },
         0);
     for (const Scheme& scheme : schemes())
-      if (trial.laplacian() == (scheme.derivative == Derivative::Laplacian) &&
+      if (scheme.derivative == trial.derivative &&
           (trial.cloud.dimension() < 3 || degree(scheme) <= 4))
         all.push_back(measured(trial, scheme, ratio, near, search, points));
   }

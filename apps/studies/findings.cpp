@@ -10,7 +10,7 @@ namespace {
 /// Residuals of the conditions that row i still promises, times dx^(q - k).
 Eigen::VectorXd promised_residuals(const Scheme& scheme, const Operator& op,
                                    const RowDiagnosis& rows, int dimension) {
-  const int q = scheme.derivative == Derivative::Gradient ? 1 : 2;
+  const int q = order(scheme.derivative);
   Eigen::VectorXd worst = Eigen::VectorXd::Zero(rows.residuals.rows());
   for (Eigen::Index i = 0; i < worst.size(); ++i) {
     const double dx = std::pow(op.volumes[i], 1.0 / dimension);

@@ -41,13 +41,13 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
   if (f.laplacian()) line("negative weights", text(100 * f.rows.negative_share.mean()), " %");
   const Distribution residual(f.residual);
   line("conditions met to", text(residual.quantile(1)), " at worst (", conditions(f.scheme), ")");
-  if (const int P = degree(f.scheme); P >= (f.laplacian() ? 2 : 1)) {
+  if (const int P = degree(f.scheme); P >= order(f.scheme.derivative)) {
     const Distribution bound(f.rows.remainders.col(P + 1));
     line("error at most", text(bound.quantile(0.5)), " (median), ", text(bound.quantile(1)),
          " (worst, ", at(problem, bound.largest_at), ")");
     line("", "times the largest derivative of u of order ", P + 1);
   } else {
-    const Distribution off(f.rows.residuals.col(f.laplacian() ? 2 : 1));
+    const Distribution off(f.rows.residuals.col(order(f.scheme.derivative)));
     line("not promised", f.laplacian() ? "sum psi r r = 2 I [10]" : "sum G r = I [4]", ": off by ",
          text(off.quantile(0.5)), " (median), ", text(off.quantile(1)), " (worst)");
   }

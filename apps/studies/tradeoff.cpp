@@ -31,11 +31,12 @@ std::vector<double> support_ratios(const Study& study) {
   return study.quick ? std::vector{2.5, 3.5} : std::vector{2.0, 2.5, 3.0, 3.5, 4.5};
 }
 
-/// Degrees 5 and 6 have 55 and 83 unknowns in 3D: more than the neighbours of all but the widest support.
+/// Gradients and Laplacians. Degrees 5 and 6 have 55 and 83 unknowns in 3D: more than the neighbours of all but the widest support.
 std::vector<Scheme> studied_schemes(int dimension) {
   std::vector<Scheme> chosen;
   for (const Scheme& scheme : schemes())
-    if (dimension < 3 || degree(scheme) <= 4) chosen.push_back(scheme);
+    if (scheme.derivative <= Derivative::Laplacian && (dimension < 3 || degree(scheme) <= 4))
+      chosen.push_back(scheme);
   return chosen;
 }
 

@@ -31,7 +31,7 @@ std::string on_derivatives(const Findings& f, const RowReport& rows) {
   const auto zero = std::ranges::count(rows.outcome, RowOutcome::Zero);
   const auto lowered = std::ranges::count(rows.outcome, RowOutcome::Lowered);
   std::string result =
-      degree(f.scheme) < (f.laplacian() ? 2 : 1)
+      degree(f.scheme) < order(f.scheme.derivative)
           ? "not fit: an uncorrected scheme, its error does not vanish with the spacing"
       : amplified + zero + lowered == 0
           ? "fit, exact on polynomials of degree " + std::to_string(degree(f.scheme))
