@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "derivatives.hpp"
+
 namespace gradpsi {
 
 OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
@@ -46,11 +48,14 @@ OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
   };
 
   Matrix M = Matrix::Zero(unknowns, unknowns);
-  Matrix rhs = Matrix::Zero(unknowns, gradient ? d : 1);
-  if (gradient) {
-    rhs.topRows(d).setIdentity();
-  } else {
-    for (int a = 0, row = d; a < d; row += d - a, ++a) rhs(row, 0) = 2;
+  const auto outputs = partials(scheme.derivative, d);
+  Matrix rhs = Matrix::Zero(unknowns, std::ssize(outputs));
+  for (std::size_t o = 0; o < outputs.size(); ++o) {
+    for (int a = 0; a < d; ++a) rhs(a, o) = of_monomial(outputs[o], Eigen::VectorXi::Unit(d, a));
+    for (int a = 0, row = d; row < unknowns; ++a)
+      for (int b = a; b < d; ++b)
+        rhs(row++, o) =
+            of_monomial(outputs[o], Eigen::VectorXi::Unit(d, a) + Eigen::VectorXi::Unit(d, b));
   }
   std::vector<int> near;
   for (int j = 0; j < cloud.size(); ++j)
@@ -64,7 +69,7 @@ OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
   }
   const Matrix C = M.fullPivLu().solve(rhs);
 
-  Eigen::MatrixXd row = Eigen::MatrixXd::Zero(gradient ? d : 1, cloud.size());
+  Eigen::MatrixXd row = Eigen::MatrixXd::Zero(std::ssize(outputs), cloud.size());
   for (const int j : near) {
     const Vector r = r_ij(j);
     const Real weight = Real(cloud.volumes()[j]) * phi(r.norm());

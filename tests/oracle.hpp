@@ -6,7 +6,7 @@
 namespace gradpsi {
 
 struct OracleRow {
-  Eigen::MatrixXd weights;      // d x n for a gradient, 1 x n for a Laplacian
+  Eigen::MatrixXd weights;      // matrices x n
   double reciprocal_condition;  // of the moment system in units of h, 1-norm; 1 for zoc
 };
 

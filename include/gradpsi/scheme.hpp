@@ -11,7 +11,11 @@
 namespace gradpsi {
 
 /// What a scheme approximates.
-enum class Derivative { Gradient, Laplacian };
+enum class Derivative {
+  Gradient,   ///< d numbers
+  Laplacian,  ///< one
+  Hessian     ///< the second derivatives, d(d+1)/2: xx, xy, yy; xx, xy, xz, yy, yz, zz
+};
 
 /// Which phi(r) weighs a neighbour (Tables I and II), with W the kernel and d the dimension.
 enum class Weight {
@@ -30,7 +34,7 @@ enum class Consistency {
   Soc,       ///< second order
   SocLs,     ///< second order, not gradients: of all weights those of least sum psi^2 / (omega phi)
   Positive,  ///< second order, Laplacians only: no weight negative, least sum (r/h)^5 psi
-  LeastSquares  ///< exact on polynomials of a degree from 1 to 6; Laplacians from 2 on
+  LeastSquares  ///< exact on polynomials of a degree from 1 to 6; second derivatives from 2 on
 };
 
 /// A derivative as weighted sums over the neighbours: one row of the table schemes().
@@ -50,6 +54,8 @@ enum class Consistency {
 ///
 ///     soc-ls, ls-P   a_ij = omega_j phi(r) c_i . p(r_ij), p the monomials up to the degree: of all
 ///                    weights that meet the conditions, those with the least sum a^2 / (omega phi)
+///     hessian        the same systems of soc-ls and ls-P, asked for d^2 u / dx_a dx_b: the trace is
+///                    the Laplacian's matrix to rounding
 ///     positive       psi_ij >= 0 with the least sum (r/h)^5 psi_ij, at most d(d+3)/2 of them not zero
 ///                    (B. Seibold, "Minimal positive stencils in meshfree finite difference methods for
 ///                    the Poisson equation"); one-sided neighbourhoods have none
@@ -98,14 +104,14 @@ int unknowns(const Scheme& scheme, int dimension);
 /// @throws InvalidInput  if it is not one of schemes(), as symmetry() does
 std::optional<double> support_ratio(const Scheme& scheme);
 
-/// The order of the derivative: 1 for gradients, 2 for Laplacians.
+/// The order of the derivative: 1 for gradients, 2 for Laplacians and Hessians.
 int order(Derivative derivative);
 
 /// What the matrices of a derivative are called, in the order of Operator::axes: "x", "y", "z" as far as
-/// there are dimensions for a gradient, one name that is empty for a Laplacian.
+/// there are dimensions for a gradient, one name that is empty for a Laplacian, and "xx", "xy", "yy" and so on for a Hessian.
 std::vector<std::string> components(Derivative derivative, int dimension);
 
-std::string_view name(Derivative derivative);  ///< "gradient", "laplacian"
+std::string_view name(Derivative derivative);  ///< "gradient", "laplacian", "hessian"
 std::string_view name(Weight weight);          ///< "direct", "diffuse", ..., "kernel", "distance"
 std::string_view name(
     Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls"

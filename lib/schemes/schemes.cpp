@@ -16,6 +16,7 @@ namespace {
 
 constexpr auto Gradient = Derivative::Gradient;
 constexpr auto Laplacian = Derivative::Laplacian;
+constexpr auto Hessian = Derivative::Hessian;
 using Weight::Diffuse, Weight::DiffuseNs, Weight::Direct, Weight::Distance, Weight::Mixed;
 constexpr auto W = Weight::Kernel;
 using enum Consistency;
@@ -56,6 +57,9 @@ constexpr std::array recipes = std::to_array<Recipe>({
      "gradient-direct-zoc", Symmetry::None, true},
     {Laplacian, W, LeastSquares, 2, highest_degree, How::LeastSquares, Form::Monomials, c_p,
      "laplacian-mixed-zoc", Symmetry::None, true},
+    {Hessian, Mixed, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, none},
+    {Hessian, W, LeastSquares, 2, highest_degree, How::LeastSquares, Form::Monomials, c_p, none,
+     Symmetry::None, true},
     // clang-format on
 });
 

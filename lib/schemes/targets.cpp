@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <utility>
 
 #include "base/dispatch.hpp"
 #include "schemes/monomials.hpp"
@@ -14,8 +15,15 @@ std::string axis_name(int axis) { return std::string(1, "xyz"[axis]); }
 
 int sum(std::span<const int> powers) { return std::accumulate(powers.begin(), powers.end(), 0); }
 
+/// The axes of a component of a symmetric tensor, its upper triangle row by row.
+std::pair<int, int> pair(int d, int output) {
+  int a = 0;
+  for (; output >= d - a; ++a) output -= d - a;
+  return {a, a + output};
+}
+
 // In the order of Derivative.
-constexpr std::array<Target, 2> table = {{
+constexpr std::array<Target, 3> table = {{
     {"gradient",
      1,
      {"row sums 0", "row sums 0, sum G r = I [4]",
@@ -33,6 +41,20 @@ constexpr std::array<Target, 2> table = {{
      [](int, int) { return std::string(); },
      [](int, std::span<const int> powers) {
        return sum(powers) == 2 && std::ranges::max(powers) == 2 ? 2.0 : 0.0;
+     }},
+    {"hessian",
+     2,
+     {"row sums 0", "row sums 0, sum H r = 0",
+      "row sums 0, sum H r = 0, sum H_ab r_c r_d = d_ac d_bd + d_ad d_bc"},
+     [](int d) { return d * (d + 1) / 2; },
+     [](int d, int output) {
+       const auto [a, b] = pair(d, output);
+       return axis_name(a) + axis_name(b);
+     },
+     [](int output, std::span<const int> powers) {
+       const auto [a, b] = pair(static_cast<int>(powers.size()), output);
+       if (sum(powers) != 2) return 0.0;
+       return a == b ? powers[a] / 2 * 2.0 : 1.0 * powers[a] * powers[b];
      }},
 }};
 

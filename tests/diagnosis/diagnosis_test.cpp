@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "clouds.hpp"
+#include "derivatives.hpp"
 
 namespace gradpsi {
 namespace {
@@ -49,10 +50,9 @@ TEST_P(Diagnosis, TheErrorOfAWaveIsWithinItsBoundInEveryRow) {
       bounds(0, l) = std::pow(wave_number, static_cast<double>(l));
     const Eigen::VectorXd bound = error_bound(rows, bounds);
     for (std::size_t axis = 0; axis < op.axes.size(); ++axis) {
+      const Partials output = partials(scheme().derivative, dimension())[axis];
       const Eigen::VectorXd exact =
-          scheme().derivative == Derivative::Gradient
-              ? Eigen::VectorXd(k[static_cast<Eigen::Index>(axis)] * phase.cos())
-              : Eigen::VectorXd(-k.squaredNorm() * phase.sin());
+          phase.unaryExpr([&](double at) { return of_wave(output, k, at); }).matrix();
       const Eigen::VectorXd error = (op.axes[axis] * u - exact).cwiseAbs();
       // Coordinates of size 1 are rounded too, by 1e-16.
       for (int i = 0; i < cloud.size(); ++i)

@@ -154,8 +154,8 @@ void require_operator(const Case& c, const Cloud& cloud, const Neighbours& near,
                       const Operator& op) {
   const int n = cloud.size();
   const int m = c.assembly.rows ? static_cast<int>(c.assembly.rows->size()) : n;
-  const bool gradient = c.scheme.derivative == Derivative::Gradient;
-  require(std::ssize(op.axes) == (gradient ? cloud.dimension() : 1), "a matrix for each axis");
+  require(op.axes.size() == components(c.scheme.derivative, cloud.dimension()).size(),
+          "a matrix for each component");
   require(op.volumes.size() == n, "each point has a volume");
   for (const double v : op.volumes) require(v > 0 && std::isfinite(v), "volumes are positive");
   const RowReport& rows = op.rows;

@@ -74,11 +74,14 @@ void several_in_one_pass_equal_one_by_one(const RandomCase& c, const Operator& o
                                           const Neighbours& near, Random& random) {
   SCOPED_TRACE(__func__);
   const Scheme other = another(c, random);
-  Scheme twin = c.scheme;  // of the other derivative, which shares its system if there is one
-  twin.derivative = c.gradient() ? Derivative::Laplacian : Derivative::Gradient;
   std::vector<Scheme> together = {other, c.scheme};
-  if (std::ranges::find(schemes(), twin) != schemes().end())
-    together.insert(together.begin(), twin);
+  for (const Derivative derivative :
+       {Derivative::Gradient, Derivative::Laplacian, Derivative::Hessian}) {
+    Scheme twin = c.scheme;  // of another derivative, which shares its system if there is one
+    twin.derivative = derivative;
+    if (twin != c.scheme && std::ranges::find(schemes(), twin) != schemes().end())
+      together.insert(together.begin(), twin);
+  }
   const auto all = assemble(together, c.cloud, near, c.options);
   expect_same(c, op, dense(op), all.back(), dense(all.back()), 1);
   EXPECT_EQ(op.rows.outcome, all.back().rows.outcome);

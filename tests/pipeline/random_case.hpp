@@ -49,13 +49,12 @@ struct RandomCase {
 
   int size() const { return cloud.size(); }
   int dimension() const { return cloud.dimension(); }
-  bool gradient() const { return scheme.derivative == Derivative::Gradient; }
   bool positive() const { return scheme.consistency == Consistency::Positive; }
   /// Entries are 1 / length to this power.
   int power() const {
     // diffuse-ns without correction lacks one power of length: the paper's scheme, kept literally.
     const bool lacks = scheme.weight == Weight::DiffuseNs && scheme.consistency == Consistency::Zoc;
-    return (gradient() ? 1 : 2) - (lacks ? 1 : 0);
+    return order(scheme.derivative) - (lacks ? 1 : 0);
   }
   CloudOptions cloud_options() const { return {.volumes = cloud.volumes(), .box = cloud.box()}; }
   Operator assembled(const Cloud& points, const Eigen::VectorXd& h) const {

@@ -1,6 +1,7 @@
 #include <array>
 #include <cmath>
 
+#include "derivatives.hpp"
 #include "oracle.hpp"
 #include "pipeline/laws.hpp"
 
@@ -59,12 +60,13 @@ void conditions_are_met(const RandomCase& c, const Operator& op) {
     const auto monomials = exponents(d, std::max(op.rows.degree[i], 0));
     const double h = op.rows.supports[i], rcond = reciprocal_condition(op, i);
     if (rcond == 0) continue;
+    const auto outputs = partials(c.scheme.derivative, d);
     for (std::size_t axis = 0; axis < op.axes.size() && !monomials.empty(); ++axis) {
       std::vector<double> moments(monomials.size());
       double size = 0;
       for (SparseMatrix::InnerIterator entry(op.axes[axis], i); entry; ++entry) {
         const Eigen::VectorXd s = c.displacement(i, static_cast<int>(entry.col()), h);
-        const double a = entry.value() * h * (c.gradient() ? 1 : h);
+        const double a = entry.value() * (order(c.scheme.derivative) == 1 ? h : h * h);
         size += std::abs(a);
         std::array<std::array<double, 7>, 3> powers;
         for (int b = 0; b < d; ++b) {
@@ -78,10 +80,8 @@ void conditions_are_met(const RandomCase& c, const Operator& op) {
         }
       }
       for (std::size_t m = 0; m < monomials.size(); ++m) {
-        const auto& k = monomials[m];
-        const int total = k[0] + k[1] + k[2];
-        const double target = c.gradient() ? total == 1 && k[axis] == 1
-                                           : 2 * (total == 2 && std::ranges::max(k) == 2);
+        const double target =
+            of_monomial(outputs[axis], Eigen::Map<const Eigen::VectorXi>(monomials[m].data(), d));
         worst.add(std::abs(moments[m] - target), 30 * eps / rcond * size, i);
       }
     }

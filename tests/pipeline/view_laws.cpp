@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dense.hpp"
+#include "derivatives.hpp"
 #include "pipeline/laws.hpp"
 
 namespace gradpsi {
@@ -109,8 +110,8 @@ Eigen::VectorXd costs(const RandomCase& c, const Operator& op) {
   return cost;
 }
 
-void a_rotation_turns_the_gradient(const RandomCase& c, const Operator& op,
-                                   const Eigen::MatrixXd& R, double lost) {
+void a_rotation_turns_tensors(const RandomCase& c, const Operator& op, const Eigen::MatrixXd& R,
+                              double lost) {
   SCOPED_TRACE(__func__);
   CloudOptions options = c.cloud_options();
   for (int a = 0; a < c.dimension(); ++a) {  // quarter turns in boxes
@@ -134,17 +135,11 @@ void a_rotation_turns_the_gradient(const RandomCase& c, const Operator& op,
     EXPECT_WITHIN(worst);
     return;
   }
-  Dense expected = dense(op);
-  if (c.gradient())
-    for (std::size_t a = 0; a < expected.size(); ++a) {
-      expected[a].setZero();
-      for (int b = 0; b < c.dimension(); ++b)
-        expected[a] += R(static_cast<int>(a), b) * Eigen::MatrixXd(op.axes[b]);
-    }
-  expect_same(c, op, expected, turned, dense(turned), lost);
+  expect_same(c, op, gradpsi::turned(c.scheme.derivative, dense(op), R), turned, dense(turned),
+              lost);
 }
 
-void rotations_turn_the_gradient(const RandomCase& c, const Operator& op, Random& random) {
+void rotations_turn_tensors(const RandomCase& c, const Operator& op, Random& random) {
   const int d = c.dimension();
   if (d == 1) return;
   Eigen::MatrixXd quarter = Eigen::MatrixXd::Zero(d, d);
@@ -153,7 +148,7 @@ void rotations_turn_the_gradient(const RandomCase& c, const Operator& op, Random
   quarter(axis, axis) = quarter(other, other) = 0;
   quarter(axis, other) = -1;
   quarter(other, axis) = 1;
-  a_rotation_turns_the_gradient(c, op, quarter, 1);
+  a_rotation_turns_tensors(c, op, quarter, 1);
   if (c.cloud.box() != std::array<double, 3>{0, 0, 0}) return;
   Eigen::Matrix3d R =
       Eigen::AngleAxisd(random.between(-3, 3), Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -162,7 +157,7 @@ void rotations_turn_the_gradient(const RandomCase& c, const Operator& op, Random
   // Coordinates are rounded anew, and so are distances.
   const double extent = c.cloud.positions().cwiseAbs().maxCoeff();
   const double lost = 1 + extent / nearest_distances(c.cloud).minCoeff();
-  a_rotation_turns_the_gradient(c, op, R.topLeftCorner(d, d), lost);
+  a_rotation_turns_tensors(c, op, R.topLeftCorner(d, d), lost);
 }
 
 }  // namespace
@@ -171,7 +166,7 @@ void other_views_agree(const RandomCase& c, const Operator& op, Random& random) 
   a_translation_changes_nothing(c, op);
   the_unit_of_length_enters_as_a_power(c, op, random);
   permuted_points_permute_the_matrix(c, op, random);
-  rotations_turn_the_gradient(c, op, random);
+  rotations_turn_tensors(c, op, random);
 }
 
 }  // namespace gradpsi

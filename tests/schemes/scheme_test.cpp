@@ -18,16 +18,17 @@ TEST(Scheme, NineGradientsAndEightLaplaciansAreClassified) {
   EXPECT_EQ(gradients, 9);
 }
 
-TEST(Scheme, ThoseOfAnyDegreeAndThePositiveOneFollow) {
+TEST(Scheme, ThoseOfAnyDegreeThePositiveOneAndHessiansFollow) {
   const auto rest = schemes().subspan(classified_schemes().size());
   std::vector<std::string> names;
   for (const Scheme& scheme : rest) names.push_back(name(scheme));
-  EXPECT_THAT(names, testing::ElementsAre("laplacian-diffuse-soc-ls", "laplacian-diffuse-ns-soc-ls",
-                                          "laplacian-mixed-soc-ls", "laplacian-positive",
-                                          "gradient-ls-1", "gradient-ls-2", "gradient-ls-3",
-                                          "gradient-ls-4", "gradient-ls-5", "gradient-ls-6",
-                                          "laplacian-ls-2", "laplacian-ls-3", "laplacian-ls-4",
-                                          "laplacian-ls-5", "laplacian-ls-6"));
+  EXPECT_THAT(names, testing::ElementsAre(
+                         "laplacian-diffuse-soc-ls", "laplacian-diffuse-ns-soc-ls",
+                         "laplacian-mixed-soc-ls", "laplacian-positive", "gradient-ls-1",
+                         "gradient-ls-2", "gradient-ls-3", "gradient-ls-4", "gradient-ls-5",
+                         "gradient-ls-6", "laplacian-ls-2", "laplacian-ls-3", "laplacian-ls-4",
+                         "laplacian-ls-5", "laplacian-ls-6", "hessian-mixed-soc-ls", "hessian-ls-2",
+                         "hessian-ls-3", "hessian-ls-4", "hessian-ls-5", "hessian-ls-6"));
 }
 
 // Theory's counts: P, P (P + 3) / 2 and (P + 1) (P + 2) (P + 3) / 6 - 1.
