@@ -44,7 +44,8 @@ std::function<void()> declare_assemble(Options& options) {
   wanted->declare(options);
   options
       .file("-o", *output, "OUT.mtx",
-            "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx")
+            "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx,\n"
+            "a Hessian OUT_xx.mtx, OUT_xy.mtx and so on")
       .required();
   options.examples(
       "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support-ratio 3 -o "

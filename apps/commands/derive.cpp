@@ -37,7 +37,7 @@ std::function<void()> declare_derive(Options& options) {
   options.text("--field", *field, "COLUMN", "The column to differentiate").required();
   declare_table_output(options, *output,
                        "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                       "(gradient) or lap_FIELD (Laplacian)")
+                       "(gradient), lap_FIELD (Laplacian) or FIELD_xx, FIELD_xy, .. (Hessian)")
       .required();
   options.examples(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "

@@ -48,7 +48,7 @@ struct RowReport {
 
 /// A derivative as sparse matrices, and how its rows came about.
 struct Operator {
-  std::vector<SparseMatrix> axes;  ///< gradient: d/dx, d/dy, d/dz (d of them); Laplacian: one
+  std::vector<SparseMatrix> axes;  ///< one for each of components(): d/dx, d/dy, ..; d^2/dx^2, ..
   DenseVector volumes;             ///< of all n points, the cloud's or by number density
   RowReport rows;                  ///< how each row came about
   std::vector<int> points =

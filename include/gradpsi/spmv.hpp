@@ -25,8 +25,8 @@ void multiply(const SparseMatrix& A, const VectorView& x, Result<1> y, int threa
 void multiply(const SparseMatrix& A, const MatrixView& X, Result<Eigen::Dynamic> Y,
               int threads = 0);
 
-/// Column a of Y = axes[a] x (n x d): one to three matrices that share their pattern, as those of a
-/// gradient do, the pattern being read once.
+/// Column a of Y = axes[a] x (n x axes): matrices that share their pattern, as those of a gradient or a
+/// Hessian do, with one reading of the pattern per three.
 /// @throws InvalidInput  if the matrices have different numbers of entries or rows
 void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Eigen::Dynamic> Y,
               int threads = 0);

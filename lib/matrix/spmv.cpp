@@ -121,9 +121,7 @@ void multiply(const SparseMatrix& A, const MatrixView& X, Result<Eigen::Dynamic>
 
 void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Eigen::Dynamic> Y,
               int threads) {
-  if (axes.empty() || axes.size() > 3)
-    throw InvalidInput("one to three matrices are multiplied together, not " +
-                       std::to_string(axes.size()));
+  if (axes.empty()) throw InvalidInput("there is no matrix to multiply");
   const SparseMatrix& first = axes.front();
   for (const SparseMatrix& A : axes) {
     check(A, x.size(), threads);
@@ -131,15 +129,17 @@ void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Ei
       throw InvalidInput("the matrices do not share their pattern");
   }
   check_apart(x.data(), Y.data());
-  const int count = static_cast<int>(axes.size());
-  double* const result = Y.resized(first.rows(), count);
-  ProductArguments<double> arguments{
-      first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
-  for (int a = 0; a < count; ++a) {
-    arguments.values[a] = axes[a].valuePtr();
-    arguments.y[a] = result + a * first.rows();
+  double* const result = Y.resized(first.rows(), std::ssize(axes));
+  for (std::size_t begin = 0; begin < axes.size(); begin += 3) {
+    const int count = static_cast<int>(std::min<std::size_t>(3, axes.size() - begin));
+    ProductArguments<double> arguments{
+        first.outerIndexPtr(), first.innerIndexPtr(), entries(first), {}, {x.data()}, {}};
+    for (int a = 0; a < count; ++a) {
+      arguments.values[a] = axes[begin + a].valuePtr();
+      arguments.y[a] = result + static_cast<Eigen::Index>(begin + a) * first.rows();
+    }
+    run(first, product_kernels(gathering_cpu()).matrices[count - 1], arguments, count, threads);
   }
-  run(first, product_kernels(gathering_cpu()).matrices[count - 1], arguments, count, threads);
 }
 
 void multiply(const SingleSparseMatrix& A, const VectorView& x, Result<1> y, int threads) {

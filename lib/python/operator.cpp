@@ -66,8 +66,7 @@ py::array product(const Operator& op, const ArrayLike& u, int threads) {
     fields.values = std::move(result);
     return fields.array();
   }
-  if (!fields.single)
-    throw InvalidInput("the axes of a gradient are multiplied by one field at a time");
+  if (!fields.single) throw InvalidInput("several matrices are multiplied by one field at a time");
   DenseMatrix result;
   const DenseVector field = fields.values.col(0);
   without_gil([&] { multiply(std::span(op.axes), field, result, threads); });

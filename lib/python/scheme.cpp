@@ -49,7 +49,7 @@ void bind_properties(py::class_<Scheme>& type) {
           "derivative-weight-consistency, such as \"laplacian-mixed-soc\"")
       .def_property_readonly(
           "derivative", [](const Scheme& s) { return name(s.derivative); },
-          "\"gradient\" or \"laplacian\"")
+          "\"gradient\", \"laplacian\" or \"hessian\"")
       .def_property_readonly(
           "weight", [](const Scheme& s) { return name(s.weight); },
           "\"direct\", \"diffuse\", \"diffuse-ns\", \"mixed\"; \"kernel\" and \"distance\" are not "

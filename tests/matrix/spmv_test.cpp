@@ -57,6 +57,11 @@ TEST_P(Products, AGradientIsOnePass) {
   multiply(gradient.axes, x, Y);
   ASSERT_EQ(Y.cols(), dimension());
   for (int a = 0; a < dimension(); ++a) EXPECT_LT(error(gradient.axes[a], x, Y.col(a)), rounding);
+  std::vector<SparseMatrix> many;  // more than are read together
+  for (int a = 0; a < 7; ++a) many.push_back((a + 1) * gradient.axes[a % dimension()]);
+  multiply(many, x, Y);
+  ASSERT_EQ(Y.cols(), 7);
+  for (int a = 0; a < 7; ++a) EXPECT_LT(error(many[a], x, Y.col(a)), rounding);
 }
 
 TEST_P(Products, HalfASymmetricMatrixIsEnough) {

@@ -25,6 +25,11 @@ class Derive(ProgramTest):
         lap = self.read_csv("l.csv")
         self.assertEqual(list(lap), ["x", "y", "u", "lap_u"])
         np.testing.assert_allclose(lap["lap_u"], 2, atol=1e-7)
+        self.run_program(*bare, "--scheme", "hessian-mixed-soc-ls", "-o", self.path("h.csv"))
+        h = self.read_csv("h.csv")
+        self.assertEqual(list(h), ["x", "y", "u", "u_xx", "u_xy", "u_yy"])
+        for column, exact in [("u_xx", 2), ("u_xy", -3), ("u_yy", 0)]:
+            np.testing.assert_allclose(h[column], exact, atol=1e-7)
 
     def test_vtu_holds_the_same_numbers(self):
         points = self.square(T=lambda x, y: np.sin(x + y), volume=lambda x, y: 0 * x + 1 / 144)
