@@ -13,17 +13,18 @@ namespace gradpsi::apps {
 using std::filesystem::path;
 
 Option declare_table_output(Options& options, path& output, const std::string& description) {
-  return options.file("-o", output, "OUT", description).check([](const std::string& name) {
-    const auto extension = path(name).extension();
-    if (extension != ".csv" && extension != ".vtu") return "must end in .csv or .vtu";
-    // They would end up in scripts and XML.
-    const auto control = [](unsigned char c) { return c < 32; };
-    return std::ranges::any_of(name, control) ? "must not have control characters" : "";
-  });
-}
-
-void write_table(const path& file, const Table& table) {
-  file.extension() == ".vtu" ? write_vtu(file, table) : write_csv(file, table);
+  return options.file("-o", output, "OUT", description)
+      .check([](const std::string& name) -> std::string {
+        std::string endings;
+        for (const TableFormat& format : table_formats())
+          endings += (endings.empty() ? "" : " or ") + std::string(format.ending);
+        if (std::ranges::find(table_formats(), path(name).extension().string(),
+                              &TableFormat::ending) == table_formats().end())
+          return "must end in " + endings;
+        // They would end up in scripts and XML.
+        const auto control = [](unsigned char c) { return c < 32; };
+        return std::ranges::any_of(name, control) ? "must not have control characters" : "";
+      });
 }
 
 namespace {

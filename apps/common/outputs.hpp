@@ -10,10 +10,9 @@
 
 namespace gradpsi::apps {
 
-/// OUT of -o: a file that ends in .csv or .vtu, written by write_table().
+/// OUT of -o: a file in one of the formats of write_table().
 Option declare_table_output(Options& options, std::filesystem::path& output,
                             const std::string& description);
-void write_table(const std::filesystem::path& file, const Table& table);
 
 /// Throws unless the files can be written, as far as can be told beforehand, and are neither the points
 /// nor the report nor one another. To be called before long work.

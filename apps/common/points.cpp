@@ -58,7 +58,7 @@ CloudOptions cloud_options(const PointOptions& options, const Table& table) {
 }
 
 Points read_points(const PointOptions& options) {
-  Table table = read_csv(options.points);
+  Table table = read_table(options.points);
   Cloud cloud = make_cloud(table, cloud_options(options, table));
   const int read = cloud.size();
   if (options.duplicates == "drop") {

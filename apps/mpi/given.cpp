@@ -42,7 +42,7 @@ void drop_duplicates(Given& given) {
 
 Given read_share(const PointOptions& options) {
   Given given;
-  together(comm(), [&] { given.table = read_csv(options.points, rank(), processes()); });
+  together(comm(), [&] { given.table = read_table(options.points, rank(), processes()); });
   count(given);
   distribute(given, options);
   if (options.duplicates != "drop") return given;

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -89,6 +90,25 @@ void write_pvtu(const std::filesystem::path& file, const std::vector<std::string
 /// A ParaView collection (.pvd): files beside it, each with its time.
 void write_pvd(const std::filesystem::path& file,
                const std::vector<std::pair<double, std::filesystem::path>>& series);
+
+/// A file format of tables, told by how a file's name ends.
+struct TableFormat {
+  std::string_view ending;  ///< ".csv"
+  /// Part `part` of `parts` of the rows, as read_csv() gives it; null: the format is only written.
+  Table (*read)(const std::filesystem::path& file, int part, int parts);
+  void (*write)(const std::filesystem::path& file, const Table& table);
+};
+
+/// All formats, the first being that of files whose ending does not tell one that can be read: CSV.
+std::span<const TableFormat> table_formats();
+
+/// A file's rows, or a part of them as read_csv() gives it, in the format that its ending tells.
+/// @throws  as read_csv()
+Table read_table(const std::filesystem::path& file, int part = 0, int parts = 1);
+
+/// Writes a table in the format that the ending tells.
+/// @throws InvalidInput  listing the endings, if it tells none; as the format's function
+void write_table(const std::filesystem::path& file, const Table& table);
 
 /// Matrix Market, `coordinate real general`, 1-based, row by row, explicit zeros included.
 void write_matrix_market(const std::filesystem::path& file, const SparseMatrix& matrix);
