@@ -63,7 +63,9 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
 
 /// Does for an operator that was assembled with OnDegenerate::Zero what OnDegenerate::Fail does, but for rows
 /// that are not needed.
-/// @param op      of `scheme` on `cloud`
+/// @param scheme  what `op` was assembled with
+/// @param cloud   n points
+/// @param op      as assemble() returned it
 /// @param except  points whose rows may be degenerate, in any order
 /// @throws StencilError  for the first degenerate row of another point, as assemble()
 void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::vector<int> except);

@@ -13,11 +13,17 @@ namespace gradpsi {
 /// or back belongs to such types. They convert to and from Eigen::VectorXd and the like, which copies.
 /// Arguments that are only read are views, of any of these types and without a copy.
 /// @{
+/// Numbers, one a row.
 using DenseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign>;
+/// Numbers by row and column, stored column by column.
 using DenseMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign>;
+/// Counts or indices.
 using IndexVector = Eigen::Matrix<int, Eigen::Dynamic, 1, Eigen::DontAlign>;
+/// Complex numbers, such as eigenvalues.
 using ComplexVector = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, Eigen::DontAlign>;
+/// An argument: a vector of any of these types or of Eigen's, looked at where it is.
 using VectorView = Eigen::Ref<const Eigen::VectorXd>;
+/// An argument: a matrix, likewise.
 using MatrixView = Eigen::Ref<const Eigen::MatrixXd>;
 /// @}
 

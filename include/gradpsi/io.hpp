@@ -96,6 +96,7 @@ struct TableFormat {
   std::string_view ending;  ///< ".csv"
   /// Part `part` of `parts` of the rows, as read_csv() gives it; null: the format is only written.
   Table (*read)(const std::filesystem::path& file, int part, int parts);
+  /// Writes the whole table, as write_csv() does.
   void (*write)(const std::filesystem::path& file, const Table& table);
 };
 
