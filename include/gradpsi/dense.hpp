@@ -13,6 +13,7 @@ namespace gradpsi {
 /// or back belongs to such types. They convert to and from Eigen::VectorXd and the like, which copies.
 /// Arguments that are only read are views, of any of these types and without a copy.
 /// @{
+
 /// Numbers, one a row.
 using DenseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign>;
 /// Numbers by row and column, stored column by column.
