@@ -71,8 +71,8 @@ struct BatchKernels {
 
 /// Room for W = 8 rows of up to `most_entries` entries, in columns of that length: each row's own, their
 /// weights in all outputs, and the monomials of one of them, up to 34, plain and weighted.
-constexpr long batch_memory(int dimension, int most_entries, int most_outputs) {
-  const long row = dimension + 4, weights = most_outputs;
+constexpr long batch_memory(int dimension, int most_entries, int outputs) {
+  const long row = dimension + 4, weights = outputs;
   return (8 * (row + weights) + 2 * 34) * ((most_entries + 7) / 8 * 8);
 }
 
