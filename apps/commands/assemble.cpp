@@ -12,9 +12,9 @@ namespace {
 using std::filesystem::path;
 
 /// OUT.mtx for a Laplacian; OUT_x.mtx, OUT_y.mtx, OUT_z.mtx for a gradient, and so on.
-std::vector<path> matrix_files(const path& output, const Scheme& scheme, int dimension) {
+std::vector<path> matrix_files(const path& output, const Scheme& scheme, const std::string& axes) {
   std::vector<path> files;
-  for (const std::string& component : components(scheme.derivative, dimension)) {
+  for (const std::string& component : component_names(scheme, axes)) {
     if (component.empty()) return {output};
     if (output.extension() != ".mtx")
       throw BadUsage("-o", "of a " + std::string(name(scheme.derivative)) +
@@ -29,7 +29,7 @@ void run(const OperatorOptions& options, const path& output) {
   const Scheme scheme = options.scheme;
   Report report;
   Problem problem = read_problem(options, report);
-  const auto files = matrix_files(output, scheme, problem.cloud.dimension());
+  const auto files = matrix_files(output, scheme, problem.axes);
   check_outputs(options, files);
   assemble(options, problem, report);
   write_and_report(options, report, problem.table.has("support"), files,

@@ -1,9 +1,11 @@
 // gradpsi derive: the derivative of a field given at the points of a file.
 
+#include <limits>
 #include <memory>
 
 #include "commands.hpp"
 #include "common/outputs.hpp"
+#include "common/remedy.hpp"
 
 namespace gradpsi::apps {
 
@@ -20,11 +22,20 @@ void run(const OperatorOptions& options, const std::string& field, const path& o
   const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
   assemble(options, problem, report);
   const auto& axes = problem.op.axes;
-  const auto names = components(scheme.derivative, problem.cloud.dimension());
-  for (std::size_t a = 0; a < axes.size(); ++a)
-    table.add(names[a].empty() ? "lap_" + field : field + '_' + names[a], axes[a] * u);
+  const auto names = component_names(scheme, problem.axes);
+  const std::vector<int> unanswered = rows_without_answer(options, problem.op);
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    Eigen::VectorXd values = axes[a] * u;
+    values(unanswered).setConstant(std::numeric_limits<double>::quiet_NaN());
+    table.add(names[a].empty() ? "lap_" + field : field + '_' + names[a], values);
+  }
   write_and_report(options, report, table.has("support"), {output},
                    [&] { write_table(output, table); });
+  if (!unanswered.empty())
+    throw std::runtime_error(
+        count(std::ssize(unanswered), "row") + " of " + std::to_string(problem.cloud.size()) +
+        " could not be computed and " + (unanswered.size() == 1 ? "is" : "are") + " nan in " +
+        output.string() + remedy(scheme, problem, assembly_options(options, table), unanswered));
 }
 
 }  // namespace

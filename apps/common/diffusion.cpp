@@ -30,7 +30,8 @@ std::vector<int> marked(const Eigen::VectorXd& column) {
 
 /// Fixed points, and those with a normal that are not fixed, by their places in the table; gradients are
 /// still empty.
-BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, const Cloud& cloud) {
+BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, const Cloud& cloud,
+                            const std::string& axes) {
   BoundaryConditions conditions;
   auto& walls = conditions.walls;
   Eigen::VectorXd fixed = Eigen::VectorXd::Zero(cloud.size());
@@ -40,7 +41,7 @@ BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, c
   const int dimension = cloud.dimension();
   Positions normals(cloud.size(), dimension);
   for (int a = 0; a < dimension; ++a)
-    normals.col(a) = finite_column(table, cloud, options.normal + "xyz"[a]);
+    normals.col(a) = finite_column(table, cloud, options.normal + axes[a]);
   for (int i = 0; i < cloud.size(); ++i)
     if (fixed[i] == 0 && !normals.row(i).isZero(0)) walls.points.push_back(i);
   walls.normals = normals(walls.points, Eigen::all);
@@ -78,11 +79,11 @@ Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::v
                    Report& report) {
   Stopwatch watch;
   Operator op;
+  const AssemblyOptions assembly = assembly_options(options, machine.table());
   try {
-    op = with_needed_rows(options.scheme, machine, assembly_options(options, machine.table()),
-                          unused);
+    op = with_needed_rows(options.scheme, machine, assembly, unused);
   } catch (const StencilError& error) {
-    throw std::runtime_error(advice(error, report));
+    throw std::runtime_error(words(error, report) + machine.remedy(options.scheme, assembly));
   }
   report.seconds.weights = watch.lap();
   machine.describe(op, report);
@@ -100,8 +101,7 @@ void add_gradient(const DiffuseOptions& options, Machine& machine, WallCondition
   try {
     gradient = machine.assemble(options.gradient, assembly);
   } catch (const StencilError& error) {
-    throw std::runtime_error(std::string(error.what()) +
-                             "; try a larger support, another --gradient or --on-degenerate widen");
+    throw std::runtime_error(words(error, report) + machine.remedy(options.gradient, assembly));
   }
   const std::int64_t degenerate = machine.sum(gradient.rows.degenerate());
   report.degenerate_rows += degenerate;
@@ -115,7 +115,8 @@ void add_gradient(const DiffuseOptions& options, Machine& machine, WallCondition
 
 Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& report) {
   BoundaryConditions conditions;
-  machine.together([&] { conditions = boundary(options, machine.table(), machine.cloud()); });
+  machine.together(
+      [&] { conditions = boundary(options, machine.table(), machine.cloud(), machine.axes()); });
   machine.find_neighbours(options, report);
   conditions.fixed.points = machine.places(std::move(conditions.fixed.points));
   conditions.walls.points = machine.places(std::move(conditions.walls.points));

@@ -35,6 +35,8 @@ class Machine {
   virtual void read(const OperatorOptions& options, Report& report) = 0;
   virtual const Table& table() const = 0;
   virtual const Cloud& cloud() const = 0;
+  /// What the cloud's coordinates are called in the table: differing_axes().
+  virtual const std::string& axes() const = 0;
 
   /// Finds the neighbours, and warns on standard error of what about the points deserves it.
   virtual void find_neighbours(const OperatorOptions& options, Report& report) = 0;
@@ -44,6 +46,8 @@ class Machine {
   /// Throws for degenerate rows that are not of these points.
   virtual void require(const Scheme& scheme, const Operator& op,
                        const std::vector<int>& except) const = 0;
+  /// What can be done about degenerate rows, "; " before it: remedy().
+  virtual std::string remedy(const Scheme& scheme, const AssemblyOptions& options) const = 0;
   /// Reports an operator of all points.
   virtual void describe(const Operator& op, Report& report) const = 0;
   virtual Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,

@@ -3,6 +3,7 @@
 #include "common/machine.hpp"
 #include "common/outputs.hpp"
 #include "common/picture.hpp"
+#include "common/remedy.hpp"
 
 namespace gradpsi::apps {
 
@@ -17,6 +18,7 @@ class OneProcess : public Machine {
   }
   const Table& table() const override { return problem_.table; }
   const Cloud& cloud() const override { return problem_.cloud; }
+  const std::string& axes() const override { return problem_.axes; }
 
   void find_neighbours(const OperatorOptions& options, Report& report) override {
     apps::find_neighbours(options, problem_, report);
@@ -27,6 +29,9 @@ class OneProcess : public Machine {
   void require(const Scheme& scheme, const Operator& op,
                const std::vector<int>& except) const override {
     gradpsi::require(scheme, problem_.cloud, op, except);
+  }
+  std::string remedy(const Scheme& scheme, const AssemblyOptions& options) const override {
+    return apps::remedy(scheme, problem_, options, options.rows.value_or(std::vector<int>()));
   }
   void describe(const Operator& op, Report& report) const override {
     apps::describe(op, problem_, report);

@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "common/median.hpp"
+#include "common/remedy.hpp"
 #include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
@@ -61,8 +62,16 @@ Problem read_problem(const PointOptions& options, Report& report) {
   report.points = problem.cloud.size();
   report.dropped_points = problem.dropped;
   report.threads = options.threads > 0 ? options.threads : omp_get_max_threads();
+  warn(problem.notes, report);
   report.seconds.read = watch.lap();
   return problem;
+}
+
+void warn(const Notes& warnings, Report& report) {
+  for (const std::string& warning : warnings) {
+    std::cerr << "warning: " << warning << '\n';
+    report.warnings.push_back(warning);
+  }
 }
 
 void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
@@ -71,8 +80,7 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
   const Eigen::VectorXd h = supports(
       options, problem.table, [&] { return empty ? 1 : problem.cloud.spacing(options.threads); });
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
-  report.warnings = warnings(problem.cloud, problem.near, options.threads);
-  for (const std::string& warning : report.warnings) std::cerr << "warning: " << warning << '\n';
+  warn(warnings(problem.cloud, problem.near, options.threads), report);
   report.seconds.search = watch.lap();
 }
 
@@ -122,16 +130,30 @@ void assemble(const OperatorOptions& options, Problem& problem, Report& report) 
   try {
     problem.op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
   } catch (const StencilError& error) {
-    throw std::runtime_error(advice(error, report));
+    throw std::runtime_error(words(error, report) + remedy(options.scheme, problem, assembly));
   }
   report.seconds.weights = watch.lap();
   describe(problem.op, problem, report);
 }
 
-std::string advice(const StencilError& error, const Report& report) {
-  std::string message = error.what();
-  if (report.dropped_points > 0) message += " (dropped points are not counted)";
-  return message + "; try a larger support or --on-degenerate widen";
+std::string words(const StencilError& error, const Report& report) {
+  return std::string(error.what()) +
+         (report.dropped_points > 0 ? " (dropped points are not counted)" : "");
+}
+
+std::vector<std::string> component_names(const Scheme& scheme, const std::string& axes) {
+  auto names = components(scheme.derivative, static_cast<int>(axes.size()));
+  for (std::string& name : names)
+    for (char& axis : name) axis = axes[axis - 'x'];
+  return names;
+}
+
+std::vector<int> rows_without_answer(const OperatorOptions& options, const Operator& op) {
+  std::vector<int> rows;
+  if (options.on_degenerate == "zero") return rows;
+  for (std::size_t k = 0; k < op.rows.outcome.size(); ++k)
+    if (op.rows.outcome[k] == RowOutcome::Zero) rows.push_back(static_cast<int>(k));
+  return rows;
 }
 
 }  // namespace gradpsi::apps

@@ -41,6 +41,9 @@ struct Problem : Points {
 /// Reads the points, and begins the report; neighbours and operator are still empty.
 Problem read_problem(const PointOptions& options, Report& report);
 
+/// Prints warnings on standard error and keeps them for the report.
+void warn(const Notes& warnings, Report& report);
+
 /// Finds the neighbours, and warns on standard error of what about the points deserves it.
 void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report);
 
@@ -50,10 +53,17 @@ void describe(const Operator& op, const Problem& problem, Report& report);
 /// Finds the neighbours and assembles the operator.
 void assemble(const OperatorOptions& options, Problem& problem, Report& report);
 
+/// What the matrices of a scheme are called in terms of the points' own coordinates: components() of points
+/// in a plane of constant y, "xz", are "x" and "z".
+std::vector<std::string> component_names(const Scheme& scheme, const std::string& axes);
+
+/// What went wrong with a row.
+std::string words(const StencilError& error, const Report& report);
+
+/// The rows that are zero because they could not be computed, unless that was asked for.
+std::vector<int> rows_without_answer(const OperatorOptions& options, const Operator& op);
+
 /// The rows that were lowered, widened or left zero, by the points' numbers.
 DegenerateRows degenerate_rows(const Operator& op, const Cloud& cloud);
-
-/// What a user can do about a row that cannot be computed.
-std::string advice(const StencilError& error, const Report& report);
 
 }  // namespace gradpsi::apps

@@ -97,7 +97,11 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
   std::cout << options.scheme << ": " << report.points << " points, " << report.entries
-            << " entries a matrix, written to";
+            << " entries a matrix, "
+            << (report.degenerate.zero > 0
+                    ? count(report.degenerate.zero, "row") + " zero for want of an answer, "
+                    : "")
+            << "written to";
   for (const path& file : files) std::cout << ' ' << file.string();
   std::cout << '\n';
   if (report.dropped_points > 0)

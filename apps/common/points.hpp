@@ -8,6 +8,7 @@
 #include <gradpsi/kernel.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/cli.hpp"
 
@@ -30,19 +31,44 @@ struct PointOptions {
 /// Volumes and box of a table's points.
 CloudOptions cloud_options(const PointOptions& options, const Table& table);
 
+/// What is told about a file's points before anything is computed from them, a sentence each.
+using Notes = std::vector<std::string>;
+
 struct Points {
   Table table;
   Cloud cloud;
   std::int64_t dropped = 0;  ///< coincident with one before
+  std::string axes = "xyz";  ///< the names of the cloud's coordinates come first
+  Notes notes = {};
 };
-/// The points of the file, coincident ones dropped if so wished.
+/// The points of the file, coincident ones dropped if so wished. A coordinate that is the same for all of them
+/// is left out of the cloud.
 Points read_points(const PointOptions& options);
+
+/// The least and the largest coordinates of some points; of none, +infinity and -infinity.
+struct Extent {
+  std::array<double, 3> least, most;
+};
+Extent extent(const Cloud& cloud);
+
+/// The coordinates in which points of this extent differ, "xy" for those in a plane of constant z, but for
+/// periodic ones; all of them where points do not differ at all.
+std::string differing_axes(const Cloud& cloud, const Extent& extent);
+
+/// The same points with these coordinates only.
+Cloud with_axes(const Cloud& cloud, const std::string& axes);
+
+/// What about the extent and the columns deserves a note.
+Notes notes(const Table& table, const Cloud& cloud, const Extent& extent);
 
 /// A column of the points, all its values finite. Errors name points by their numbers in the cloud.
 Eigen::VectorXd finite_column(const Table& table, const Cloud& cloud, const std::string& name);
 
 /// Points that have a 0 in this column; without a column all.
 std::vector<int> evolving_points(const Points& points, const std::string& fixed);
+
+/// "3 rows"
+std::string count(Eigen::Index n, const std::string& what);
 
 /// A number as the terminal shows it, six digits.
 std::string text(double x);

@@ -23,6 +23,12 @@ void distribute(Given& given, const PointOptions& options) {
     std::iota(of_cloud.numbers.begin(), of_cloud.numbers.end(), given.first);
     cloud = make_cloud(given.table, std::move(of_cloud));
   });
+  Extent span = extent(cloud);
+  for (double& least : span.least) least = reduced(least, MPI_MIN);
+  for (double& most : span.most) most = reduced(most, MPI_MAX);
+  given.notes = notes(given.table, cloud, span);
+  given.axes = differing_axes(cloud, span);
+  cloud = with_axes(cloud, given.axes);
   given.partition.emplace(comm(), cloud);
 }
 

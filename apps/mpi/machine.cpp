@@ -23,7 +23,7 @@ namespace {
 using std::filesystem::path;
 
 /// Reports and prints the warnings of the first process that has any; they are of its own points.
-void warn(std::vector<std::string> warnings, Report& report) {
+void warn_together(std::vector<std::string> warnings, Report& report) {
   std::vector<char> joined;
   const std::int64_t speaker =
       reduced(std::int64_t{warnings.empty() ? processes() : rank()}, MPI_MIN);
@@ -52,6 +52,7 @@ class SeveralProcesses : public Machine {
     Stopwatch watch;
     given_ = read_share(options);
     own_ = {given_.table.names, partition().to_owners(given_.table.values)};
+    if (is_first()) warn(given_.notes, report);
     report.points = given_.all;
     report.dropped_points = given_.dropped;
     report.threads = options.threads > 0 ? options.threads : omp_get_max_threads();
@@ -60,6 +61,7 @@ class SeveralProcesses : public Machine {
   }
   const Table& table() const override { return own_; }
   const Cloud& cloud() const override { return partition().cloud(); }
+  const std::string& axes() const override { return given_.axes; }
 
   void find_neighbours(const OperatorOptions& options, Report& report) override {
     Stopwatch watch;
@@ -76,7 +78,7 @@ class SeveralProcesses : public Machine {
     near_ = petsc::find_neighbours(*mine_, h, options.threads);
     std::vector<std::string> found;
     together([&] { found = warnings(mine_->cloud(), near_, options.threads); });
-    warn(std::move(found), report);
+    warn_together(std::move(found), report);
     report.seconds.search = watch.lap();
   }
   std::vector<int> places(std::vector<int> points) const override {
@@ -90,6 +92,7 @@ class SeveralProcesses : public Machine {
                const std::vector<int>& except) const override {
     together([&] { gradpsi::require(scheme, mine_->cloud(), op, except); });
   }
+  std::string remedy(const Scheme&, const AssemblyOptions&) const override { return ""; }
   void describe(const Operator& op, Report& report) const override {
     describe_together(op, *mine_, near_, report);
   }

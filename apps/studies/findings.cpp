@@ -50,10 +50,6 @@ double Distribution::quantile(double share) const {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-std::string count(Eigen::Index n, const std::string& what) {
-  return std::to_string(n) + ' ' + what + (n == 1 ? "" : "s");
-}
-
 std::string at(const Problem& problem, Eigen::Index i) {
   std::string where = "point " + std::to_string(i) + " (";
   for (int a = 0; a < problem.cloud.dimension(); ++a)

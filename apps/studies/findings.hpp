@@ -43,9 +43,6 @@ struct Distribution {
   Eigen::Index largest_at = 0, least_at = 0;
 };
 
-/// "3 rows"
-std::string count(Eigen::Index n, const std::string& what);
-
 /// "point 7 (0.5, 0.25)"
 std::string at(const Problem& problem, Eigen::Index i);
 

@@ -91,7 +91,7 @@ void print(const Problem& problem, const Findings& f, const Report& report) {
   line("derivatives", on_derivatives(f, problem.op.rows));
   if (!f.laplacian()) return;
   line("explicit steps", on_explicit_steps(problem, f));
-  line("implicit steps", on_implicit_steps(f));
+  line("implicit steps", on_implicit_steps(problem, f));
 }
 
 }  // namespace gradpsi::apps

@@ -11,8 +11,9 @@ namespace gradpsi {
 
 /// What happens to a degenerate row: one whose moment system is singular (fewer neighbours than
 /// unknowns, neighbours on a line, circle or other quadric, reciprocal condition number below
-/// `singular_below`), that has no positive stencil if it is to be one, that has no neighbour at all, or
-/// that would hold a number that is not finite.
+/// `singular_below`), whose weights miss the scheme's conditions by the part `missed_above` because of
+/// rounding, that has no positive stencil if it is to be one, that has no neighbour at all, or that
+/// would hold a number that is not finite.
 enum class OnDegenerate {
   Fail,   ///< throw StencilError
   Lower,  ///< use the next lower consistency that can be solved; at last, zero
@@ -24,6 +25,10 @@ enum class OnDegenerate {
 /// singular: less than two digits of its solution would be right. The systems of least squares are
 /// judged after scaling their diagonal to 1, which takes the degree out of the condition.
 inline constexpr double singular_below = 1e-14;
+
+/// A row whose moments are off by more than this part of the derivative's own, or whose weights are so
+/// large that the rounding of u alone, eps sum |a_ij|, comes to that, does not do what it promises.
+inline constexpr double missed_above = 0.01;
 
 /// OnDegenerate::Widen goes up to this many times the support (in periodic boxes half a box at most).
 inline constexpr double widest = 3;

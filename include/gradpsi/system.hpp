@@ -30,7 +30,7 @@ class DiffusionSystem {
   /// @param conditions  fixed points: all of the cloud's; walls: those that have a row
   /// @param options     all but how it is solved
   /// @throws InvalidInput  if sizes disagree, a number is out of range or not finite, a point is named
-  ///   twice or has two conditions
+  ///   twice or has two conditions, or one that has none has a row that could not be computed
   DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
                   const BoundaryConditions& conditions, const DiffusionOptions& options);
 
@@ -72,6 +72,7 @@ class DiffusionSystem {
   struct Sources;
   std::vector<int> choose_rows(const Operator& laplacian, const std::vector<int>& fixed_place);
   void add_walls(const Cloud& cloud, const WallConditions& walls, Sources& sources);
+  void check_rows(const Cloud& cloud, const Operator& laplacian, const Sources& sources) const;
   void fill(const Sources& sources, const std::vector<int>& fixed_place);
   void add_rate(const Cloud& cloud);
   static double row_scale(const WallRow& wall, double rate);

@@ -102,6 +102,7 @@ DiffusionSystem::DiffusionSystem(const Cloud& cloud, const Operator& laplacian,
   if (options.source.size() > 0) constant_ = options.source(rows_);
   known_.resize(static_cast<Eigen::Index>(fixed_.points.size()));
   add_walls(cloud, conditions.walls, sources);
+  check_rows(cloud, laplacian, sources);
   fill(sources, fixed_place);
   add_rate(cloud);
   points_ = system_points(cloud, laplacian, rows_);
@@ -139,6 +140,23 @@ void DiffusionSystem::add_walls(const Cloud& cloud, const WallConditions& walls,
     evolves_[row] = 0;
     constant_[row] = walls.flux.size() > 0 ? wall.scale * walls.flux[k] : 0;
   }
+}
+
+/// Refuses rows of the equation that the Laplacian could not compute: their points would keep what they have.
+void DiffusionSystem::check_rows(const Cloud& cloud, const Operator& laplacian,
+                                 const Sources& sources) const {
+  if (laplacian.rows.outcome.empty()) return;
+  int zero = 0, first = 0;
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
+    if (sources.wall_of[row] >= 0 ||
+        laplacian.rows.outcome[sources.psi_row[row]] != RowOutcome::Zero)
+      continue;
+    if (zero++ == 0) first = rows_[row];
+  }
+  if (zero > 0)
+    throw InvalidInput("the Laplacian could not be computed" + at_point(cloud, first) +
+                       ", which has no condition either, and whose row is zero (" +
+                       std::to_string(zero) + " such points): it would keep its value for ever");
 }
 
 /// Fills the matrix, but for 1/dt, and the coupling.

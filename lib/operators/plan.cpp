@@ -20,9 +20,9 @@ std::optional<BatchSystem> batch_system(const Equations& equations, int d) {
   system.form = equations.form;
   system.degree = equations.degree;
   system.given_power = equations.given_power;
-  system.limit = !least_squares          ? singular_below
-                 : equations.degree <= 2 ? refined_below
-                                         : refined_twice_below;
+  system.limit = checked_below;
+  if (least_squares)
+    system.scaled_limit = equations.degree <= 2 ? refined_below : refined_twice_below;
   return system;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/resize.hpp"
 #include "cloud/points.hpp"
@@ -53,7 +54,8 @@ Solution Row<D>::solve(const Equations& equations) {
     case How::Programme: solution = positive(); break;
   }
   for (int o = 0; o < outputs_; ++o) sums_[o] = weights().col(o).sum();
-  solution.solved &= sums_.isFinite().all();
+  solution.solved = solution.solved && sums_.isFinite().all() &&
+                    (solution.reciprocal_condition > checked_below || keeps_promises(equations));
   if (!solution.solved) {
     weights().setZero();
     sums_.setZero();
@@ -76,6 +78,20 @@ Eigen::MatrixXd Row<D>::targets(const Equations& equations) const {
   const double unit = equations.order == 1 ? h_ : h_ * h_;
   for (const Term& term : equations.terms) result(term.monomial, term.output) = term.value / unit;
   return result;
+}
+
+/// Whether the weights meet the conditions up to `missed_above`, and the rounding of what they are applied to
+/// is below it as well.
+template <int D>
+bool Row<D>::keeps_promises(const Equations& equations) {
+  constexpr double rounding = std::numeric_limits<double>::epsilon() / 2;
+  const Columns p = test_.columns(n_, equations.unknowns);
+  fill_monomials<D>(s(), p);
+  const Eigen::MatrixXd wanted = targets(equations);
+  const Eigen::MatrixXd missed = p.matrix().transpose().lazyProduct(weights().matrix()) - wanted;
+  const double noise = rounding * weights().abs().colwise().sum().maxCoeff();
+  return std::max(missed.cwiseAbs().maxCoeff(), noise) <=
+         missed_above * wanted.cwiseAbs().maxCoeff();
 }
 
 template <int D>

@@ -14,6 +14,10 @@ namespace gradpsi {
 /// refined once, or twice.
 inline constexpr double refined_below = 1e-4, refined_twice_below = 1e-9;
 
+/// Rows whose system has a smaller reciprocal condition number are asked whether they keep their promises;
+/// the others do, by two digits and more.
+inline constexpr double checked_below = 1e-12;
+
 /// How a row was solved.
 struct Solution {
   double reciprocal_condition = 0;  // see RowReport
@@ -53,6 +57,7 @@ class Row {
   Solution least_squares(const Equations& equations);
   Solution positive();
   Eigen::MatrixXd targets(const Equations& equations) const;
+  bool keeps_promises(const Equations& equations);
   void combine(const Columns& t, const Eigen::MatrixXd& C);
 
   Kernel kernel_;

@@ -22,14 +22,20 @@ class ProgramTest(unittest.TestCase):
     def path(self, name):
         return self.folder / name
 
-    def run_program(self, *arguments, expect=0):
+    def run_program(self, *arguments, expect=0, warning=None):
+        """What it prints, or the error; `warning` is what it must say on a line of standard error."""
         done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True)
         self.assertEqual(done.returncode, expect, done.stderr)
+        said = done.stderr
+        if warning is not None:
+            first, said = said.split("\n", 1)
+            self.assertTrue(first.startswith("warning: "), done.stderr)
+            self.assertIn(warning, first)
         if expect == 0:
-            self.assertEqual(done.stderr, "")  # no progress bar away from a terminal
+            self.assertEqual(said, "")  # no progress bar away from a terminal
         else:
-            self.assertTrue(done.stderr.startswith("error: "), done.stderr)
-        return done.stdout if expect == 0 else done.stderr
+            self.assertTrue(said.startswith("error: "), done.stderr)
+        return done.stdout if expect == 0 else said
 
     def write_points(self, columns, name="points.csv"):
         names = list(columns)

@@ -43,8 +43,8 @@ struct BatchSystem {
   int degree;  // of the form's functions
   Phi phi;
   int given_power;  // How::Given: weights want h to this power as a factor
-  double limit;     // least reciprocal condition number of the matrix; least squares: of it after
-                    // scaling its diagonal to 1
+  double limit;         // least reciprocal condition number of the matrix
+  double scaled_limit;  // and of it after scaling its diagonal to 1, where it is definite
   int outputs, term_count;
   double* values[most_outputs];  // of each matrix, entry by entry
   int orders[most_outputs];      // of its derivative

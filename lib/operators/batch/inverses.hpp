@@ -40,7 +40,7 @@ template <int M, Form form, class V>
     for (int k = 0; k < M; ++k)
       for (int l = 0; l < M; ++l) A(k, l) *= scale[k] * scale[l];
     reciprocal = least(1 / (norm * one_norm<M>(A)), V{} + 1);
-    return sound & ((system.how == How::LeastSquares ? scaled : reciprocal) >= system.limit);
+    return sound & (reciprocal >= system.limit) & (scaled >= system.scaled_limit);
   }
 }
 

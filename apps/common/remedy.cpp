@@ -1,0 +1,123 @@
+#include "common/remedy.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <gradpsi/assemble.hpp>
+#include <gradpsi/error.hpp>
+#include <numeric>
+
+#include "common/median.hpp"
+
+namespace gradpsi::apps {
+
+namespace {
+
+constexpr std::size_t most_tried = 1000;
+
+/// The rows of these points that are degenerate.
+std::vector<int> degenerate(const Scheme& scheme, const Problem& problem, AssemblyOptions assembly,
+                            std::vector<int> points) {
+  assembly.on_degenerate = OnDegenerate::Zero;
+  if (points.empty()) {
+    points.resize(problem.cloud.size());
+    std::iota(points.begin(), points.end(), 0);
+  }
+  assembly.rows = points;
+  const Operator op = gradpsi::assemble(scheme, problem.cloud, problem.near, assembly);
+  std::vector<int> result;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    if (op.rows.outcome[k] == RowOutcome::Zero) result.push_back(points[k]);
+  return result;
+}
+
+/// Up to `most_tried` of them, evenly.
+std::vector<int> some_of(const std::vector<int>& points) {
+  if (points.size() <= most_tried) return points;
+  std::vector<int> result(most_tried);
+  for (std::size_t k = 0; k < most_tried; ++k) result[k] = points[k * points.size() / most_tried];
+  return result;
+}
+
+/// The shortest extent of points over the longest, as their covariance has it.
+double thickness(const Eigen::MatrixXd& x) {
+  const Eigen::MatrixXd centred = x.rowwise() - x.colwise().mean();
+  const Eigen::VectorXd squares =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(centred.transpose() * centred).eigenvalues();
+  return std::sqrt(std::max(0.0, squares[0]) / squares[squares.size() - 1]);
+}
+
+/// Whether points with at least three neighbours have them on a line or surface, or close to one.
+bool on_a_surface(const Problem& problem, const std::vector<int>& points) {
+  std::vector<double> found;
+  for (const int i : points) {
+    std::vector<int> near(problem.near.of(i).begin(), problem.near.of(i).end());
+    near.push_back(i);
+    if (std::ssize(near) > problem.cloud.dimension() + 1)
+      found.push_back(thickness(problem.cloud.positions()(near, Eigen::all)));
+  }
+  return found.size() > points.size() / 2 && median(found) < 0.2;
+}
+
+/// How many of the rows a policy computes, with supports that much larger.
+std::ptrdiff_t computed(const Scheme& scheme, const Problem& problem, AssemblyOptions assembly,
+                        const std::vector<int>& points, OnDegenerate policy, double factor) {
+  assembly.on_degenerate = policy;
+  assembly.rows = points;
+  const Eigen::VectorXd larger = factor * problem.near.supports;
+  try {
+    const Neighbours near =
+        factor == 1 ? problem.near
+                    : gradpsi::find_neighbours(problem.cloud, larger, points, assembly.threads);
+    const Operator op = gradpsi::assemble(scheme, problem.cloud, near, assembly);
+    return std::ssize(points) - std::ranges::count(op.rows.outcome, RowOutcome::Zero);
+  } catch (const InvalidInput&) {  // more than half the box, more entries than there can be
+    return 0;
+  }
+}
+
+struct Way {
+  OnDegenerate policy;
+  double factor;  // of the support
+  std::string words;
+};
+
+}  // namespace
+
+std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions assembly,
+                   std::vector<int> points) {
+  points = some_of(degenerate(scheme, problem, assembly, std::move(points)));
+  if (points.empty()) return "";
+  const Cloud& cloud = problem.cloud;
+  const std::string dimension = std::to_string(cloud.dimension()) + "D";
+  if (cloud.dimension() > 1 && thickness(cloud.positions()) < 1e-6)
+    return "; the points lie in a " +
+           std::string(cloud.dimension() == 2 ? "line" : "plane or line") + " up to " +
+           text(thickness(cloud.positions())) +
+           " of their extent: no derivative across it can be told from them. Give their "
+           "coordinates within it";
+  if (cloud.dimension() > 1 && on_a_surface(problem, points))
+    return "; their neighbours lie on a " +
+           std::string(cloud.dimension() == 2 ? "line" : "surface") +
+           ", across which no derivative can be told from them: no support and no policy helps "
+           "in " +
+           dimension;
+  std::vector<Way> ways;
+  if (assembly.on_degenerate != OnDegenerate::Widen)
+    ways.push_back({OnDegenerate::Widen, 1, "--on-degenerate widen"});
+  for (const double factor : {1.25, 1.5, 2.0, 3.0})
+    ways.push_back({OnDegenerate::Zero, factor, "a support " + text(factor) + " times as large"});
+  if (assembly.on_degenerate != OnDegenerate::Lower)
+    ways.push_back({OnDegenerate::Lower, 1, "--on-degenerate lower"});
+  std::string tried;
+  for (const Way& way : ways) {
+    const auto count = computed(scheme, problem, assembly, points, way.policy, way.factor);
+    if (count == std::ssize(points)) return "; " + way.words + " computes them" + tried;
+    if (way.policy == OnDegenerate::Widen && count > 0)
+      tried = " (--on-degenerate widen " + std::to_string(count) + " of " +
+              std::to_string(points.size()) + ")";
+  }
+  return "; neither a larger support nor --on-degenerate computes all of them" + tried;
+}
+
+}  // namespace gradpsi::apps

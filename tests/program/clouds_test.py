@@ -1,0 +1,113 @@
+"""Clouds that people have: what could not be computed is never a number, and what is said of it helps."""
+
+import math
+import unittest
+
+import numpy as np
+
+from program import ROOT, ProgramTest
+
+CASES = ROOT / "tests" / "cases"
+
+
+class Clouds(ProgramTest):
+    def derive(self, case, scheme, *options, field="T", **expected):
+        return self.run_program("derive", CASES / f"{case}.csv", "--field", field, "--scheme", scheme, *options,
+                                "-o", self.path("o.csv"), **expected)
+
+    def test_30_points_of_constant_z_are_taken_as_points_in_a_plane(self):
+        warning = "all points have z = 0: they are taken as points in 2D"
+        self.derive("plane_in_3d", "gradient-ls-2", warning=warning)
+        found = self.read_csv("o.csv")
+        np.testing.assert_allclose(found["T_x"], 2 * found["x"], atol=2e-3)  # the file has six digits
+        np.testing.assert_allclose(found["T_y"], 6 * found["y"], atol=2e-3)
+        self.assertNotIn("T_z", found)
+        self.derive("plane_in_3d", "laplacian-ls-2", warning=warning)
+        np.testing.assert_allclose(self.read_csv("o.csv")["lap_T"], 8, atol=0.1)
+
+    def test_30_other_planes_and_lines_too(self):
+        points = self.square(x2=lambda x, y: x * x)
+        table = self.read_csv("points.csv")
+        upright = self.write_points({"x": table["x"], "y": 0 * table["x"] + 0.25, "z": table["y"], "T": table["x"] * table["y"]},
+                                    "upright.csv")
+        self.run_program("derive", upright, "--field", "T", "--scheme", "hessian-ls-2", "-o", self.path("o.csv"),
+                         warning="all points have y = 0.25")
+        found = self.read_csv("o.csv")
+        self.assertEqual(list(found)[-3:], ["T_xx", "T_xz", "T_zz"])
+        np.testing.assert_allclose(found["T_xz"], 1, rtol=1e-9)
+        line = self.write_points({"x": np.zeros(9), "y": np.arange(9.0), "z": np.ones(9), "T": np.arange(9.0)}, "line.csv")
+        self.run_program("derive", line, "--field", "T", "--scheme", "gradient-ls-1", "-o", self.path("o.csv"),
+                         warning="all points have x = 0 and z = 1: they are taken as points in 1D")
+        np.testing.assert_allclose(self.read_csv("o.csv")["T_y"], 1)
+        slanted = self.write_points({"x": table["x"], "y": table["y"], "z": table["x"] + 2 * table["y"], "T": table["x2"]},
+                                    "slanted.csv")
+        error = self.run_program("derive", slanted, "--field", "T", "--scheme", "laplacian-ls-2", "-o", self.path("o.csv"),
+                                 expect=1)
+        self.assertIn("the points lie in a plane", error)
+        self.assertEqual(len(self.read_csv("points.csv")["x"]), 144, points)
+
+    def test_31_points_on_a_surface_are_recognised(self):
+        for scheme in ["laplacian-mixed-soc", "laplacian-mixed-soc-ls", "gradient-direct-soc"]:
+            error = self.derive("sphere", scheme, "--support-ratio", 3, field="u", expect=1)
+            self.assertIn("their neighbours lie on a surface", error)
+            self.assertNotIn("try a larger support", error)
+
+    def test_33_rows_that_miss_their_conditions_are_degenerate(self):
+        close = "points 97 and 98 are 2.06e-05 apart"
+        text = self.run_program("inspect", CASES / "thin_strip.csv", "--scheme", "laplacian-mixed-soc-ls", "--support-ratio", 8,
+                                "--on-degenerate", "widen", warning=close)
+        self.assertIn("degenerate            120: 0 lowered, 0 widened, 120 zero", text)
+        self.assertEqual(text.count("not fit: "), 3)
+        error = self.derive("thin_strip", "laplacian-mixed-soc-ls", "--support-ratio", 8, "--on-degenerate", "widen",
+                            warning=close, expect=1)
+        self.assertRegex(error, "120 rows of 120 could not be computed and are nan in .*; the points lie in a line up to 3.7e-10|3.6")
+        self.assertTrue(all(map(math.isnan, self.read_csv("o.csv")["lap_T"])))
+
+    def test_34_a_row_without_an_answer_is_nan_unless_zeros_were_asked_for(self):
+        points = self.write_points({"x": [0.0, 0.1, 0.2, 0.3, 0.4, 5], "T": [0.0, 1, 2, 3, 4, 5]})
+        bare = ["derive", points, "--field", "T", "--scheme", "gradient-direct-foc", "--support", 0.15, "-o", self.path("o.csv")]
+        self.run_program(*bare, "--on-degenerate", "zero")
+        self.assertEqual(self.read_csv("o.csv")["T_x"][-1], 0)
+        for policy in ["lower", "widen"]:
+            error = self.run_program(*bare, "--on-degenerate", policy, expect=1)
+            self.assertIn("1 row of 6 could not be computed and is nan in", error)
+            found = self.read_csv("o.csv")["T_x"]
+            np.testing.assert_allclose(found[:-1], 10)
+            self.assertTrue(math.isnan(found[-1]))
+        text = self.run_program("assemble", points, "--scheme", "gradient-direct-foc", "--support", 0.15, "--on-degenerate",
+                                "widen", "-o", self.path("o.mtx"))
+        self.assertIn("1 row zero for want of an answer", text.split("\n")[0])
+
+    def test_34_no_free_point_keeps_its_value_for_ever(self):
+        points = self.write_points({"x": [0.0, 0.1, 0.2, 0.3, 0.4, 5], "T": [0.0, 1, 2, 3, 4, 5], "held": [1, 0, 0, 0, 1, 1]})
+        bare = ["diffuse", points, "--field", "T", "--scheme", "laplacian-mixed-soc-ls", "--support", 0.25, "--on-degenerate",
+                "widen", "--time-step", 1, "--steps", 1, "-o", self.path("o.csv")]
+        self.run_program(*bare, "--fixed", "held")
+        self.assertIn("could not be computed at point 5, which has no condition either", self.run_program(*bare, expect=1))
+
+    def test_advice_has_been_tried(self):
+        """What an error advises is what then works."""
+        points = self.square(T=lambda x, y: x * x)
+        bare = ["derive", points, "--field", "T", "--scheme", "laplacian-mixed-soc-ls", "-o", self.path("o.csv")]
+        error = self.run_program(*bare, "--support", 0.14, expect=1)
+        self.assertIn("; --on-degenerate widen computes them", error)
+        self.run_program(*bare, "--support", 0.14, "--on-degenerate", "widen")
+        error = self.run_program(*bare, "--support", 0.09, "--on-degenerate", "lower", expect=1)
+        self.assertIn("; --on-degenerate widen computes them", error)
+        self.run_program(*bare, "--support", 0.09, "--on-degenerate", "widen")
+
+    def test_36_points_that_are_not_what_was_said_are_warned_of(self):
+        self.derive("box_not_of_these_points", "gradient-direct-foc", "--support-ratio", 3, "--periodic", "0.9,0",
+                    warning="the points span 0.936486 in x, more than the periodic box, 0.9")
+        self.derive("box_not_of_these_points", "gradient-direct-foc", "--support-ratio", 3, "--periodic", "1,0")
+        self.derive("coincident_other_values", "gradient-direct-foc", "--support-ratio", 3, "--duplicates", "drop",
+                    warning="3 dropped points differ from the one in their place that is kept: 'T' by up to 299.947")
+        for column, meant in [("h", "support"), ("m", "volume"), ("rho", "volume"), ("Volume", "volume")]:
+            points = self.square(T=lambda x, y: x, **{column: lambda x, y: 0 * x + 1})
+            self.run_program("derive", points, "--field", "T", "--scheme", "gradient-ls-1", "-o", self.path("o.csv"),
+                             warning=f"column '{column}' is taken as a field: what it may be meant for is read from a column "
+                                     f"'{meant}'")
+
+
+if __name__ == "__main__":
+    unittest.main()
