@@ -31,7 +31,9 @@ std::string points_options(const AdviseOptions& options, int dimension) {
 }
 
 std::string described(const Candidate& c) {
-  return name(c.scheme) + " with --support-ratio " + text(c.support_ratio);
+  return name(c.scheme) + (std::isnan(c.support_ratio)
+                               ? " with the column 'support'"
+                               : " with --support-ratio " + text(c.support_ratio));
 }
 
 std::string remark(const Candidate& c) {
@@ -83,8 +85,9 @@ std::string command_line(const AdviseOptions& options, const Points& points, con
                                             : "derive ") +
                     options.points.string();
   if (use != Use::Explicit) out += name_of_field;
-  out += " --scheme " + name(c.scheme) + " --support-ratio " + text(c.support_ratio) +
-         points_options(options, points.cloud.dimension());
+  out += " --scheme " + name(c.scheme);
+  if (!std::isnan(c.support_ratio)) out += " --support-ratio " + text(c.support_ratio);
+  out += points_options(options, points.cloud.dimension());
   if (c.widened > 0 || c.scheme.consistency == Consistency::Positive)
     out += " --on-degenerate widen";
   if (use == Use::Implicit && !options.fixed.empty()) out += " --fixed " + options.fixed;
@@ -129,7 +132,8 @@ std::string comparison(const Trial& trial, const Candidate* chosen) {
            (best ? "the choice would be " + described(*best) : "nothing meets the tolerance") +
            (chosen ? "" : "; the sample found nothing") + '\n';
   const auto same = std::ranges::find_if(all, [&](const Candidate& c) {
-    return c.scheme == chosen->scheme && c.support_ratio == chosen->support_ratio;
+    return c.scheme == chosen->scheme && !(c.support_ratio < chosen->support_ratio) &&
+           !(c.support_ratio > chosen->support_ratio);
   });
   return begin + described(*best) + "; the choice from the sample has an error of " +
          cell(same->error, "%.2g") + " there and a regret of " +

@@ -25,9 +25,6 @@ using namespace candidates;
 void check(const AdviseOptions& options, const Points& points) {
   if (!(options.tolerance > 0 && std::isfinite(options.tolerance)))
     throw InvalidInput("--tolerance must be > 0 and finite, not " + text(options.tolerance));
-  if (points.table.has("support"))
-    throw InvalidInput(options.points.string() +
-                       " has a column 'support': there is no support left to choose");
   if (points.cloud.size() < 2) throw InvalidInput("advice needs two points at least");
 }
 
@@ -57,20 +54,24 @@ Trial make_trial(const AdviseOptions& options, const Points& points) {
               .tolerance = options.tolerance,
               .cloud = cloud,
               .spacing = spacing,
+              .spacings = local_spacing(cloud, options.threads),
+              .supports = {},
               .waves = waves(cloud, length, options.which()),
               .evolving = evolving_points(points, options.fixed),
               .sample = {},
               .assembly = {.kernel = kernel(options.kernel),
                            .on_degenerate = OnDegenerate::Widen,
                            .threads = options.threads}};
+  if (points.table.has("support")) trial.supports = points.table.column("support");
   if (trial.evolving.empty()) throw InvalidInput("all points are fixed");
   if (!(std::isnormal(trial.waves.scale) && std::isnormal(std::pow(trial.waves.scale, 2))))
     throw InvalidInput("derivatives of waves of length " + text(length) +
                        " vanish or are beyond the range of a double");
   trial.sample = sampled(trial.evolving, options.sample);
-  std::cout << cloud.size() << " points in " << cloud.dimension() << "D, spacing " << text(spacing)
-            << "; waves of length " << text(length) << " (" << cell(length / spacing, "%.4g")
-            << " spacings), at " << trial.sample.size() << " points\n";
+  std::cout << cloud.size() << " points in " << cloud.dimension() << "D, spacing "
+            << spacing_text(trial.spacings) << "; waves of length " << text(length) << " ("
+            << cell(length / spacing, "%.4g") << " spacings), at " << trial.sample.size()
+            << " points\n";
   return trial;
 }
 
@@ -78,6 +79,7 @@ void run(const AdviseOptions& options) {
   if (options.which() != Derivative::Laplacian && options.what_for() != Use::Derivative)
     throw BadUsage("--use", "explicit and implicit are about Laplacians");
   const Points points = read_points(options);
+  for (const std::string& note : points.notes) std::cerr << "warning: " << note << '\n';
   check(options, points);
   const Trial trial = make_trial(options, points);
   std::vector<Candidate> all = candidates::candidates(trial, trial.sample);

@@ -19,12 +19,18 @@ void OperatorOptions::declare(Options& options) {
   options.text("--scheme", scheme, "NAME", "One of those that `gradpsi schemes` lists").required();
   const Option absolute = options.number(
       "--support", support, "H", "Support radius h, a length: the kernel is 0 from r = h on");
+  const Option relative = options.number(
+      "--support-ratio", support_ratio, "K",
+      "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
+      "volumes the median distance to the nearest point; where spacings vary by more than\n"
+      "jitter explains, of that at each point. A column `support`, one h a point, goes\n"
+      "before all of these; ls-P and positive can do without: P + 1/2, 5/2");
+  Option(relative).excludes(absolute);
   options
-      .number("--support-ratio", support_ratio, "K",
-              "Support radius as a multiple of the spacing: (mean volume)^(1/d), or without\n"
-              "volumes the median distance to the nearest point. A column `support`, one h a\n"
-              "point, goes before either; ls-P and positive can do without: P + 1/2, 5/2")
-      .excludes(absolute);
+      .count("--neighbours", neighbours, {1, 1'000'000}, "N",
+             "Support radius such that each point has N neighbours")
+      .excludes(absolute)
+      .excludes(relative);
   options.choice(
       "--on-degenerate", on_degenerate, {"fail", "lower", "widen", "zero"}, "POLICY",
       "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
@@ -32,21 +38,25 @@ void OperatorOptions::declare(Options& options) {
   options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
 }
 
-Eigen::VectorXd supports(const OperatorOptions& options, const Table& table,
-                         const std::function<double()>& spacing) {
+Eigen::VectorXd supports(const OperatorOptions& options, const Table& table, const Lie& lie) {
   if (table.has("support")) return table.column("support");
   if (options.support) return Eigen::VectorXd::Constant(1, *options.support);
+  if (options.neighbours) {
+    if (!lie.kth_nearest) throw BadUsage("--neighbours", "is for one process");
+    return lie.kth_nearest(*options.neighbours) * (1 + 1e-9);
+  }
   const auto ratio = options.support_ratio ? options.support_ratio : support_ratio(options.scheme);
   if (!ratio)
     throw InvalidInput(options.points.string() +
-                       " has no column 'support': give --support or --support-ratio");
+                       " has no column 'support': give --support, --support-ratio or --neighbours");
   if (!(*ratio > 0 && std::isfinite(*ratio)))
     throw InvalidInput("--support-ratio must be > 0 and finite, not " + text(*ratio));
-  return Eigen::VectorXd::Constant(1, *ratio * spacing());
+  return *ratio * lie.spacing();
 }
 
 AssemblyOptions assembly_options(const OperatorOptions& options, const Table& table) {
-  const bool given = options.support || options.support_ratio || table.has("support");
+  const bool given =
+      options.support || options.support_ratio || options.neighbours || table.has("support");
   const std::string policy = options.on_degenerate.value_or(given ? "fail" : "widen");
   return {.kernel = kernel(options.kernel),
           .on_degenerate = policy == "fail"    ? OnDegenerate::Fail
@@ -77,8 +87,13 @@ void warn(const Notes& warnings, Report& report) {
 void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
   Stopwatch watch;
   const bool empty = problem.cloud.size() == 0;  // no rows, no supports
-  const Eigen::VectorXd h = supports(
-      options, problem.table, [&] { return empty ? 1 : problem.cloud.spacing(options.threads); });
+  const Cloud& cloud = problem.cloud;
+  const DenseVector one = DenseVector::Ones(1);
+  const Lie lie{
+      .spacing = [&] { return empty ? one : local_spacing(cloud, options.threads); },
+      .kth_nearest =
+          [&](int k) { return empty ? one : kth_nearest_distances(cloud, k, options.threads); }};
+  const Eigen::VectorXd h = supports(options, problem.table, lie);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   warn(warnings(problem.cloud, problem.near, options.threads), report);
   report.seconds.search = watch.lap();

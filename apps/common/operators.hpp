@@ -18,15 +18,21 @@ namespace gradpsi::apps {
 struct OperatorOptions : PointOptions {
   std::string scheme;
   std::optional<double> support, support_ratio;
+  std::optional<int> neighbours;
   std::optional<std::string> on_degenerate;
   std::filesystem::path report;
 
   void declare(Options& options);
 };
 
-/// One support for all or one for each row of the table; the spacing is asked for if it is needed.
-Eigen::VectorXd supports(const OperatorOptions& options, const Table& table,
-                         const std::function<double()>& spacing);
+/// How the points lie, as far as supports need it: asked only if they do.
+struct Lie {
+  std::function<DenseVector()> spacing;              ///< one for all, or one a point
+  std::function<DenseVector(int)> kth_nearest = {};  ///< distances
+};
+
+/// One support for all or one for each row of the table.
+Eigen::VectorXd supports(const OperatorOptions& options, const Table& table, const Lie& lie);
 
 /// Kernel, policy for degenerate rows and threads. Without a policy such rows are an error, unless the
 /// support is the scheme's own: then they are widened.

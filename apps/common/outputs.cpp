@@ -106,7 +106,7 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
   std::cout << '\n';
   if (report.dropped_points > 0)
     std::cout << "coincident points dropped: " << report.dropped_points << '\n';
-  if ((options.support || options.support_ratio) && support_column)
+  if ((options.support || options.support_ratio || options.neighbours) && support_column)
     std::cout << "supports are those of the column 'support', not of the option\n";
   if (Scheme(options.scheme).consistency != Consistency::Zoc && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition

@@ -202,6 +202,11 @@ std::string count(Eigen::Index n, const std::string& what) {
   return std::to_string(n) + ' ' + what + (n == 1 ? "" : "s");
 }
 
+std::string spacing_text(const Eigen::VectorXd& spacing) {
+  const double least = spacing.minCoeff(), most = spacing.maxCoeff();
+  return text(least) + (least < most ? " to " + text(most) : "");
+}
+
 std::string text(double x) {
   std::ostringstream out;
   out << x;

@@ -70,6 +70,9 @@ std::vector<int> evolving_points(const Points& points, const std::string& fixed)
 /// "3 rows"
 std::string count(Eigen::Index n, const std::string& what);
 
+/// local_spacing() in words: "0.1", or "0.01 to 0.1".
+std::string spacing_text(const Eigen::VectorXd& spacing);
+
 /// A number as the terminal shows it, six digits.
 std::string text(double x);
 

@@ -65,9 +65,11 @@ class SeveralProcesses : public Machine {
 
   void find_neighbours(const OperatorOptions& options, Report& report) override {
     Stopwatch watch;
-    const Eigen::VectorXd h = supports(options, own_, [&] {
-      return partition().size() == 0 ? 1 : petsc::spacing(partition(), options.threads);
-    });
+    const auto spacing = [&]() -> DenseVector {
+      const bool empty = partition().size() == 0;
+      return DenseVector::Constant(1, empty ? 1 : petsc::spacing(partition(), options.threads));
+    };
+    const Eigen::VectorXd h = supports(options, own_, {.spacing = spacing});
     const bool widens = assembly_options(options, own_).on_degenerate == OnDegenerate::Widen;
     // What is no support is refused by find_neighbours(), which names the point.
     Eigen::VectorXd reach =

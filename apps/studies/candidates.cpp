@@ -96,7 +96,7 @@ Candidate measured(const Trial& trial, const Scheme& scheme, double support_rati
 void look_at(const Trial& trial, Candidate& c) {
   if (std::exchange(c.looked_at, true)) return;
   const auto near =
-      find_neighbours(trial.cloud, c.support_ratio * trial.spacing, trial.assembly.threads);
+      find_neighbours(trial.cloud, trial.supports_of(c.support_ratio), trial.assembly.threads);
   const Operator op = assemble(c.scheme, trial.cloud, near, trial.assembly);
   set_findings(trial, op, trial.evolving, trial.evolving, c);
   if (trial.use != Use::Derivative)
@@ -145,11 +145,13 @@ std::vector<int> sampled(std::vector<int> points, int count) {
 
 std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& points) {
   std::vector<Candidate> all;
-  for (const double ratio : support_ratios) {
+  std::vector<double> ratios(support_ratios.begin(), support_ratios.end());
+  if (trial.supports.size() > 0) ratios = {std::numeric_limits<double>::quiet_NaN()};
+  for (const double ratio : ratios) {
     Neighbours near;
+    const Eigen::VectorXd supports = trial.supports_of(ratio);
     const double search = median_seconds(
-        [&] { near = find_neighbours(trial.cloud, ratio * trial.spacing, trial.assembly.threads); },
-        0);
+        [&] { near = find_neighbours(trial.cloud, supports, trial.assembly.threads); }, 0);
     for (const Scheme& scheme : schemes())
       if (scheme.derivative == trial.derivative &&
           (trial.cloud.dimension() < 3 || degree(scheme) <= 4))

@@ -32,12 +32,18 @@ struct Trial {
   double
       tolerance;  ///< of the root mean square error over the points, relative to that of the derivative
   const Cloud& cloud;
-  double spacing;
+  double spacing;            ///< the usual one
+  Eigen::VectorXd spacings;  ///< local_spacing()
+  Eigen::VectorXd supports;  ///< a column of the points; empty: supports are tried
   Waves waves;
   std::vector<int> evolving;  ///< points without a fixed value
   std::vector<int> sample;    ///< of them
   AssemblyOptions assembly;
 
+  /// One for all, or one a point.
+  Eigen::VectorXd supports_of(double support_ratio) const {
+    return supports.size() > 0 ? supports : Eigen::VectorXd(support_ratio * spacings);
+  }
   bool laplacian() const { return derivative == Derivative::Laplacian; }
 };
 
@@ -47,7 +53,7 @@ std::vector<int> sampled(std::vector<int> points, int count);
 /// A scheme and a support, and what has been measured of them.
 struct Candidate {
   Scheme scheme;
-  double support_ratio;
+  double support_ratio;              ///< nan: supports are a column of the points
   double error = 0, worst = 0;       ///< root mean square and largest over the rows, relative
   double entries = 0;                ///< a row
   double assemble = 0, product = 0;  ///< seconds a point

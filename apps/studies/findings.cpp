@@ -20,6 +20,15 @@ Eigen::VectorXd promised_residuals(const Scheme& scheme, const Operator& op,
   return worst;
 }
 
+/// As the options that say supports in spacings have it; a single point's is that of its volume.
+void set_spacing(const Cloud& cloud, const Operator& op, int threads, Findings& f) {
+  if (cloud.size() == 0) return;
+  f.spacings = cloud.size() > 1 || cloud.has_volumes()
+                   ? local_spacing(cloud, threads)
+                   : DenseVector::Constant(1, std::pow(op.volumes[0], 1.0 / cloud.dimension()));
+  f.spacing = f.spacings.size() > 1 ? cloud.spacing(threads) : f.spacings[0];
+}
+
 }  // namespace
 
 Findings examine(const Scheme& scheme, const Problem& problem, const std::vector<int>& evolving,
@@ -28,7 +37,7 @@ Findings examine(const Scheme& scheme, const Problem& problem, const std::vector
   const int d = problem.cloud.dimension();
   Findings f(scheme, diagnose(scheme, problem.cloud, op, threads));
   f.residual = promised_residuals(f.scheme, op, f.rows, d);
-  if (problem.cloud.size() > 0) f.spacing = std::pow(op.volumes.mean(), 1.0 / d);
+  set_spacing(problem.cloud, op, threads, f);
   f.evolving = evolving;
   if (!f.laplacian()) return f;
   const auto A = principal_part(op.matrix(), f.evolving);

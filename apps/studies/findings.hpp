@@ -18,7 +18,8 @@ struct Findings {
   RowDiagnosis rows;
   Eigen::VectorXd residual;   // per row, the largest of a promised condition, free of scale
   std::vector<int> evolving;  // points that are not fixed
-  double spacing = 0;         // (mean volume)^(1/d)
+  double spacing = 0;         // the usual one
+  Eigen::VectorXd spacings;   // one for all, or one a point: local_spacing()
   // Of a Laplacian's evolving rows and columns:
   MatrixSummary matrix;
   Forecast forecast;

@@ -19,13 +19,18 @@ void line(const std::string& label, const Parts&... parts) {
 void print_rows(const Problem& problem, const Findings& f, const Report& report) {
   const auto& rows = problem.op.rows;
   std::cout << name(f.scheme) << ": " << count(problem.cloud.size(), "point") << " in "
-            << problem.cloud.dimension() << "D, spacing " << text(f.spacing) << '\n';
+            << problem.cloud.dimension() << "D";
+  if (problem.cloud.size() > 0) std::cout << ", spacing " << spacing_text(f.spacings);
+  std::cout << '\n';
   if (problem.cloud.size() == 0) return;
   std::cout << "rows\n";
   const auto& neighbours = report.neighbours;
+  const Eigen::VectorXd in_spacings = f.spacings.size() > 1
+                                          ? Eigen::VectorXd(rows.supports.cwiseQuotient(f.spacings))
+                                          : Eigen::VectorXd(rows.supports / f.spacing);
   line("neighbours", neighbours.min, " to ", neighbours.max, ", median ", text(neighbours.median),
-       "; supports ", text(rows.supports.minCoeff() / f.spacing), " to ",
-       text(rows.supports.maxCoeff() / f.spacing), " spacings");
+       "; supports ", text(in_spacings.minCoeff()), " to ", text(in_spacings.maxCoeff()),
+       " spacings");
   if (rows.degenerate() > 0) {
     const auto& bad = report.degenerate;
     line("degenerate", rows.degenerate(), ": ", bad.lowered, " lowered, ", bad.widened,

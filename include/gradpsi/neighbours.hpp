@@ -66,6 +66,25 @@ Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
 /// @throws InvalidInput  if `threads` is out of range
 DenseVector nearest_distances(const Cloud& cloud, int threads = 0);
 
+/// Distance from each point to its k-th nearest other one (n lengths): with a hair more as supports, each
+/// has k neighbours at least. O(n log n).
+/// @param cloud    n points
+/// @param k        1 to n - 1
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if `k` or `threads` is out of range
+DenseVector kth_nearest_distances(const Cloud& cloud, int k, int threads = 0);
+
+/// The spacing of the points where they are. One length, Cloud::spacing(), where points lie as evenly as
+/// jittered or random ones; else n: volume^(1/d), or without volumes what the distance to the twelfth
+/// nearest point tells, such that the median is Cloud::spacing(). Of two points, one among the other's
+/// nearest, neither has more than 1.5 times the other's: the smaller one is raised, but for the sake of a
+/// point that is among nobody's. So find_neighbours(cloud, 3 * local_spacing(cloud)) has supports that
+/// vary slowly. O(n log n).
+/// @param cloud    n points
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  as Cloud::spacing()
+DenseVector local_spacing(const Cloud& cloud, int threads = 0);
+
 /// Points whose nearest neighbour is nearer than this part of the usual distance are worth a warning.
 inline constexpr double much_closer = 0.01;
 

@@ -181,6 +181,38 @@ copies.)")
           "The order in which rows are worked on: near points close to one another");
 }
 
+void bind_distances(py::module_& m) {
+  m.def(
+      "nearest_distances",
+      [](const Cloud& cloud, int threads) {
+        return without_gil([&] { return nearest_distances(cloud, threads); });
+      },
+      py::arg("cloud"), py::arg("threads") = 0,
+      "Distance from each point to the nearest other one (n lengths; inf for a lone point). O(n "
+      "log n).");
+  m.def(
+      "kth_nearest_distances",
+      [](const Cloud& cloud, int k, int threads) {
+        return without_gil([&] { return kth_nearest_distances(cloud, k, threads); });
+      },
+      py::arg("cloud"), py::arg("k"), py::arg("threads") = 0,
+      R"(Distance from each point to its k-th nearest other one (n lengths): with a hair more as
+supports, each has k neighbours at least. O(n log n).
+
+Raises InvalidInput if k is not 1 to n - 1.)");
+  m.def(
+      "local_spacing",
+      [](const Cloud& cloud, int threads) {
+        return without_gil([&] { return local_spacing(cloud, threads); });
+      },
+      py::arg("cloud"), py::arg("threads") = 0,
+      R"(The spacing of the points where they are: one length, cloud.spacing(), where points lie as
+evenly as jittered or random ones, else n that vary slowly.
+
+find_neighbours(cloud, 3 * local_spacing(cloud)) has supports that follow the points. O(n log n).
+Raises InvalidInput as cloud.spacing() does.)");
+}
+
 void bind_searches(py::module_& m) {
   m.def("find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"),
         py::arg("threads") = 0,
@@ -193,14 +225,6 @@ threads 0: as many as OpenMP offers; the result does not depend on it. O(n log n
   O(neighbours).
 Raises InvalidInput if a support is out of range, points coincide (the first pair is named),
 most points have no neighbour, or there would be more than 2^31 - 1 entries.)");
-  m.def(
-      "nearest_distances",
-      [](const Cloud& cloud, int threads) {
-        return without_gil([&] { return nearest_distances(cloud, threads); });
-      },
-      py::arg("cloud"), py::arg("threads") = 0,
-      "Distance from each point to the nearest other one (n lengths; inf for a lone point). O(n "
-      "log n).");
   m.def(
       "number_density_volumes",
       [](const Cloud& cloud, const Neighbours& near, const std::string& kernel_name, int threads) {
@@ -225,6 +249,7 @@ void bind_cloud(py::module_& m) {
   bind_orders(m);
   bind_neighbours(m);
   bind_searches(m);
+  bind_distances(m);
 }
 
 }  // namespace gradpsi::python

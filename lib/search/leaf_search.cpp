@@ -98,6 +98,23 @@ double LeafSearch<D>::nearest_squared(int i, const Point<D>& x) const {
 }
 
 template <int D>
+double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count) {
+  squares_.clear();
+  for (int c = 0; c < count_; ++c) {
+    if (candidates_.number[c] == i) continue;
+    double squared = 0;
+    for (int a = 0; a < D; ++a) {
+      const double r = candidates_.x[a][c] - x[a];
+      squared += r * r;
+    }
+    squares_.push_back(squared);
+  }
+  if (std::ssize(squares_) < count) return infinity;
+  std::ranges::nth_element(squares_, squares_.begin() + count - 1);
+  return squares_[count - 1];
+}
+
+template <int D>
 void LeafSearch<D>::make_room(int more) {
   const auto wanted = static_cast<std::size_t>(count_ + more);
   if (candidates_.number.size() < wanted + past_end) candidates_.resize(2 * wanted);

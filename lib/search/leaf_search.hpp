@@ -29,6 +29,8 @@ class LeafSearch {
   Found select(const Point<D>& x, double support, int* found) const;
   /// The least squared distance of point i, at x, from another one; infinity if there is none.
   double nearest_squared(int i, const Point<D>& x) const;
+  /// The count-th least one; infinity if there are fewer.
+  double nearest_squared(int i, const Point<D>& x, int count);
 
  private:
   void make_room(int more);
@@ -41,6 +43,7 @@ class LeafSearch {
   std::vector<int> cells_;    // memory for leaves_in()
   std::vector<Leaf> leaves_;  // those of one image
   std::vector<std::uint64_t> keys_, merged_;
+  std::vector<double> squares_;
   bool periodic_ = false;
   CandidateKernels code_ = candidate_kernels(cpu());
 };

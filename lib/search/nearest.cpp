@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "base/dispatch.hpp"
-#include "base/median.hpp"
 #include "base/parallel.hpp"
-#include "base/sum.hpp"
-#include "gradpsi/cloud.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "search/leaf_search.hpp"
@@ -28,8 +26,27 @@ void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, DenseVector&
     distances[tree.number(k)] = tree.to_length(std::sqrt(squared(k)));
 }
 
+/// The same to their count-th nearest one, from as far as that many are likely to be found.
 template <int D>
-DenseVector nearest(const Cloud& cloud, int threads) {
+void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, int count,
+             DenseVector& distances) {
+  double reach = tree.likely_reach(leaf, count), needed;
+  std::vector<double> found(leaf.end - leaf.begin);
+  for (bool sure = false; !sure; reach = std::isinf(needed) ? 2 * reach : needed * (1 + 1e-14)) {
+    search.gather(tree, leaf, reach);
+    for (int k = leaf.begin; k < leaf.end; ++k)
+      found[k - leaf.begin] =
+          std::sqrt(search.nearest_squared(tree.number(k), tree.point(k), count));
+    needed = *std::ranges::max_element(found);
+    sure = needed <= reach;
+  }
+  for (int k = leaf.begin; k < leaf.end; ++k)
+    distances[tree.number(k)] = tree.to_length(found[k - leaf.begin]);
+}
+
+/// What measure(search, tree, leaf, distances) writes for each leaf.
+template <int D, class Measure>
+DenseVector distances_by_leaf(const Cloud& cloud, int threads, const Measure& measure) {
   DenseVector distances(cloud.size());
   if (cloud.size() == 0) return distances;
   const Tree<D> tree = tree_of_all<D>(cloud, threads);
@@ -45,25 +62,26 @@ DenseVector nearest(const Cloud& cloud, int threads) {
 
 DenseVector nearest_distances(const Cloud& cloud, int threads) {
   checked_threads(threads);
-  return dispatch(cloud.dimension(),
-                  [&](auto d) { return nearest<decltype(d)::value>(cloud, threads); });
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return distances_by_leaf<d>(
+        cloud, threads, [](auto& search, const auto& tree, Leaf leaf, DenseVector& distances) {
+          measure(search, tree, leaf, distances);
+        });
+  });
 }
 
-// Here, so that a cloud need not know about a search.
-double Cloud::spacing(int threads) const {
+DenseVector kth_nearest_distances(const Cloud& cloud, int k, int threads) {
   checked_threads(threads);
-  if (has_volumes()) {
-    Sum sum;
-    for (const double volume : volumes_) sum += volume;
-    return std::pow(sum.value() / size(), 1.0 / dimension());
-  }
-  if (size() < 2)
-    throw InvalidInput("the spacing of " + std::to_string(size()) +
-                       " point(s) without volumes is not defined");
-  const double spacing = median(nearest_distances(*this, threads));
-  if (!(spacing > 0))
-    throw InvalidInput("most points coincide with another one; their spacing is 0");
-  return spacing;
+  if (k < 1 || k >= cloud.size())
+    throw InvalidInput("each of " + std::to_string(cloud.size()) + " points has up to " +
+                       std::to_string(cloud.size() - 1) + " nearest ones, not " +
+                       std::to_string(k));
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return distances_by_leaf<d>(
+        cloud, threads, [&](auto& search, const auto& tree, Leaf leaf, DenseVector& distances) {
+          measure(search, tree, leaf, k, distances);
+        });
+  });
 }
 
 }  // namespace gradpsi

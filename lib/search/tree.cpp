@@ -110,6 +110,23 @@ double Tree<D>::to_length(double units) const {
 }
 
 template <int D>
+double Tree<D>::likely_reach(Leaf leaf, int count) const {
+  const auto longest = [&](int begin, int end) {
+    double side = 0;
+    for (const auto& x : ordered_.x) {
+      const auto [low, high] = std::minmax_element(x.begin() + begin, x.begin() + end);
+      side = std::max(side, *high - *low);
+    }
+    return side;
+  };
+  const double share = static_cast<double>(count) / (leaf.end - leaf.begin);
+  if (const double side = longest(leaf.begin, leaf.end); side > 0)
+    return side * std::max(0.5, 0.6 * std::pow(share, 1.0 / D));
+  const double side = longest(0, size());
+  return side > 0 ? side * std::pow(static_cast<double>(count) / size(), 1.0 / D) : 1;
+}
+
+template <int D>
 void Tree<D>::leaves_in(const Box<D>& box, std::vector<int>& cells,
                         std::vector<Leaf>& found) const {
   cells.clear();

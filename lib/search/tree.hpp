@@ -50,6 +50,9 @@ class Tree {
   const std::vector<Leaf>& leaves() const { return leaves_; }
   /// The points in tree order; those of a leaf ascend.
   const PointArrays<D>& points() const { return ordered_; }
+  /// How far about `count` points lie around one of the leaf, if they are as dense as in its box; if that is
+  /// flat, as in the box of all.
+  double likely_reach(Leaf leaf, int count) const;
   int number(int k) const { return ordered_.number[k]; }
   Point<D> point(int k) const {
     Point<D> x;

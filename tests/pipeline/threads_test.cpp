@@ -55,6 +55,9 @@ const Call calls[] = {
     {"find_neighbours_of_the_lonely",  // which tells the usual distance
      [](Scene& s, int threads) { find_neighbours(s.cloud, 1e-6, threads); }},
     {"nearest_distances", [](Scene& s, int threads) { nearest_distances(s.cloud, threads); }},
+    {"kth_nearest_distances",
+     [](Scene& s, int threads) { kth_nearest_distances(s.cloud, 5, threads); }},
+    {"local_spacing", [](Scene& s, int threads) { local_spacing(s.bare, threads); }},
     {"warnings", [](Scene& s, int threads) { warnings(s.cloud, s.near, threads); }},
     {"number_density_volumes",
      [](Scene& s, int threads) {

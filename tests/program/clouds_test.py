@@ -52,6 +52,25 @@ class Clouds(ProgramTest):
             self.assertIn("their neighbours lie on a surface", error)
             self.assertNotIn("try a larger support", error)
 
+    def test_32_graded_points_need_no_column(self):
+        """Every row of an exact scheme, where one support for all left some without neighbours."""
+        for scheme, name, exact in [("gradient-ls-1", "T_x", lambda x, y: 3 * np.cos(3 * x) * np.cos(2 * y)),
+                                    ("laplacian-ls-2", "lap_T", lambda x, y: -13 * np.sin(3 * x) * np.cos(2 * y))]:
+            for options in [[], ["--support-ratio", 3, "--on-degenerate", "widen"], ["--neighbours", 14]]:
+                self.derive("graded_10_to_1", scheme, *options)
+                found = self.read_csv("o.csv")
+                expected = exact(found["x"], found["y"])
+                self.assertLess(np.sqrt(np.mean((found[name] - expected) ** 2)), 0.1 * np.abs(expected).max())
+        text = self.run_program("advise", CASES / "graded_10_to_1.csv", "--operator", "laplacian", "--tolerance", 0.05)
+        self.assertRegex(text, "Take laplacian-[^ ]+ with --support-ratio")
+        self.assertIn("808 points in 2D, spacing 0.01", text)
+
+    def test_32_a_column_of_supports_is_advised_on_as_it_is(self):
+        points = self.square(support=lambda x, y: 0.3 + 0 * x, T=lambda x, y: x)
+        text = self.run_program("advise", points, "--operator", "gradient", "--tolerance", 0.1)
+        self.assertIn("with the column 'support'", text)
+        self.run_program(*text.split("\n    gradpsi ")[1].split("\n")[0].replace("OUT", str(self.path("OUT"))).split())
+
     def test_33_rows_that_miss_their_conditions_are_degenerate(self):
         close = "points 97 and 98 are 2.06e-05 apart"
         text = self.run_program("inspect", CASES / "thin_strip.csv", "--scheme", "laplacian-mixed-soc-ls", "--support-ratio", 8,

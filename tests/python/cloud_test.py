@@ -253,3 +253,15 @@ def test_too_little_memory_is_a_memory_error():
     one_thread = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=one_thread)
     assert done.stdout == "MemoryError 100\n", done.stderr
+
+
+def test_the_local_spacing_follows_the_points():
+    even = gradpsi.lattice(30, jitter=0.3)
+    assert np.array_equal(gradpsi.local_spacing(even), [even.spacing()])
+    random = np.random.default_rng(1)
+    graded = gradpsi.Cloud(random.random((4000, 2)) ** 3)
+    spacing = gradpsi.local_spacing(graded)
+    assert spacing.shape == (4000,) and spacing.max() > 10 * spacing.min()
+    assert np.all(np.diff(gradpsi.find_neighbours(graded, 6 * spacing).offsets) > 5)
+    near = gradpsi.find_neighbours(graded, gradpsi.kth_nearest_distances(graded, 7) * (1 + 1e-9))
+    assert np.all(np.diff(near.offsets) == 7)
