@@ -32,7 +32,7 @@ PUBLIC = {
     "error": "base", "dense": "base", "matrix": "base",
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
     "scheme": "schemes", "operator": "values", "assemble": "operators", "spmv": "matrix", "solver": "solve",
-    "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
+    "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",
 }
 # Headers of others, and the only file that includes them; None: any one file.

@@ -38,7 +38,7 @@ void DiffuseOptions::check() const {
   if (!steady && !std::isfinite(*time_step))
     throw InvalidInput("--time-step must be finite; --steady is for the steady field");
   static_cast<void>(gradpsi::method(method));
-  if (Scheme(gradient).derivative != Derivative::Gradient)
+  if (gradient != positive_walls && Scheme(gradient).derivative != Derivative::Gradient)
     throw InvalidInput(gradient + " is not a gradient");
 }
 
@@ -75,7 +75,11 @@ void DiffuseOptions::declare_conditions(Options& options) {
   options.text("--flux", flux, "COLUMN", "Column of that flux; 0 without")
       .check(not_empty)
       .needs(normals);
-  options.text("--gradient", gradient, "NAME", "Scheme of that gradient").needs(normals);
+  options
+      .text("--gradient", gradient, "NAME",
+            "Scheme of that gradient; or positive: rows of the Laplacian that know the slope and\n"
+            "let no field grow")
+      .needs(normals);
 }
 
 void DiffuseOptions::declare_materials(Options& options) {

@@ -2,10 +2,14 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "common/operators.hpp"
 
 namespace gradpsi::apps {
+
+/// What --gradient says for walls by with_walls().
+inline constexpr std::string_view positive_walls = "positive";
 
 /// The options of `diffuse`.
 struct DiffuseOptions : OperatorOptions {
@@ -15,7 +19,7 @@ struct DiffuseOptions : OperatorOptions {
   std::optional<int> steps;
   bool steady = false;
   double theta = 1;
-  std::string fixed, normal, flux, gradient = "gradient-direct-soc";
+  std::string fixed, normal, flux, gradient = std::string(positive_walls);
   std::string conductivity, mean = "arithmetic";
   std::string source;
   std::string method = "auto";

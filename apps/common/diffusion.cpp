@@ -86,29 +86,52 @@ Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::v
     throw std::runtime_error(words(error, report) + machine.remedy(options.scheme, assembly));
   }
   report.seconds.weights = watch.lap();
-  machine.describe(op, report);
   return op;
 }
 
+/// What the walls get that positive rows cannot take up: of first order, and without growth.
+const std::string remaining_walls = "gradient-direct-foc";
+
 /// n . grad u = flux: the gradients at the walls' points.
-void add_gradient(const DiffuseOptions& options, Machine& machine, WallConditions& walls,
-                  Report& report) {
+void add_gradient(const DiffuseOptions& options, const std::string& scheme, Machine& machine,
+                  WallConditions& walls, Report& report) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
   if (count == 0) return;
   AssemblyOptions assembly = assembly_options(options, machine.table());
   assembly.rows = walls.points;
   Operator gradient;
   try {
-    gradient = machine.assemble(options.gradient, assembly);
+    gradient = machine.assemble(scheme, assembly);
   } catch (const StencilError& error) {
-    throw std::runtime_error(words(error, report) + machine.remedy(options.gradient, assembly));
+    throw std::runtime_error(words(error, report) + machine.remedy(scheme, assembly));
   }
   const std::int64_t degenerate = machine.sum(gradient.rows.degenerate());
   report.degenerate_rows += degenerate;
   if (degenerate > 0 && machine.is_first())
-    std::cout << options.gradient << ": " << degenerate << " of " << count
+    std::cout << scheme << ": " << degenerate << " of " << count
               << " rows of wall points are degenerate and lowered, widened or zero\n";
   walls.gradient = std::move(gradient.axes);
+}
+
+/// n . grad u = flux by the Laplacian's rows at the walls, which are then no conditions any more, but for those
+/// that remain.
+/// @return  what the flux adds to lap u
+Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
+                              WallConditions& walls, Operator& laplacian) {
+  const std::int64_t count = machine.sum(std::ssize(walls.points));
+  if (count == 0) return Eigen::VectorXd::Zero(machine.cloud().size());
+  WithWalls result = machine.with_walls(std::move(laplacian),
+                                        {walls.points, walls.normals, walls.flux}, options.threads);
+  laplacian = std::move(result.laplacian);
+  walls = {.points = result.remaining.points,
+           .normals = result.remaining.normals,
+           .flux = result.remaining.flux};
+  const std::int64_t remaining = machine.sum(std::ssize(walls.points));
+  if (remaining > 0 && machine.is_first())
+    std::cout << remaining << " of " << count
+              << " walls have their neighbours to one side of the normal: " << remaining_walls
+              << " is taken there\n";
+  return result.source;
 }
 
 }  // namespace
@@ -124,12 +147,24 @@ Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& rep
   std::vector<int> unused = conditions.fixed.points;
   unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
   Operator op = laplacian(options, machine, unused, report);
-  add_gradient(options, machine, conditions.walls, report);
-  if (!options.conductivity.empty())
-    op = machine.with_conductivity(std::move(op), column(machine, options.conductivity),
+  Eigen::VectorXd from_walls = Eigen::VectorXd::Zero(machine.cloud().size());
+  if (options.gradient == positive_walls)
+    from_walls = take_up_walls(options, machine, conditions.walls, op);
+  machine.describe(op, report);
+  add_gradient(options, options.gradient == positive_walls ? remaining_walls : options.gradient,
+               machine, conditions.walls, report);
+  if (!options.conductivity.empty()) {
+    const Eigen::VectorXd kappa = column(machine, options.conductivity);
+    op = machine.with_conductivity(std::move(op), kappa,
                                    options.mean == "harmonic" ? Mean::Harmonic : Mean::Arithmetic);
+    from_walls.array() *= kappa.array();
+  }
   DiffusionOptions how;
   machine.together([&] { how = equation(options, machine.table(), machine.cloud()); });
+  if (!from_walls.isZero(0)) {
+    if (how.source.size() == 0) how.source = DenseVector::Zero(from_walls.size());
+    how.source += how.diffusivity * from_walls;
+  }
   return machine.diffusion(std::move(op), conditions, how);
 }
 

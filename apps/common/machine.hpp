@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <gradpsi/diffusion.hpp>
+#include <gradpsi/walls.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -50,6 +51,8 @@ class Machine {
   virtual std::string remedy(const Scheme& scheme, const AssemblyOptions& options) const = 0;
   /// Reports an operator of all points.
   virtual void describe(const Operator& op, Report& report) const = 0;
+  /// with_walls(), the source at the process's own points.
+  virtual WithWalls with_walls(Operator laplacian, const FluxWalls& walls, int threads) = 0;
   virtual Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
                                      Mean mean) = 0;
   /// The last stage: neighbours are not needed any more.

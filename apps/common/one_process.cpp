@@ -36,6 +36,9 @@ class OneProcess : public Machine {
   void describe(const Operator& op, Report& report) const override {
     apps::describe(op, problem_, report);
   }
+  WithWalls with_walls(Operator laplacian, const FluxWalls& walls, int threads) override {
+    return gradpsi::with_walls(std::move(laplacian), problem_.cloud, problem_.near, walls, threads);
+  }
   Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
                              Mean mean) override {
     return gradpsi::with_conductivity(std::move(laplacian), conductivity, mean);

@@ -98,6 +98,14 @@ class SeveralProcesses : public Machine {
   void describe(const Operator& op, Report& report) const override {
     describe_together(op, *mine_, near_, report);
   }
+  WithWalls with_walls(Operator laplacian, const FluxWalls& walls, int threads) override {
+    WithWalls result;
+    together([&] {
+      result = gradpsi::with_walls(std::move(laplacian), mine_->cloud(), near_, walls, threads);
+      result.source = DenseVector(result.source(mine_->own()));
+    });
+    return result;
+  }
   Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
                              Mean mean) override {
     return petsc::with_conductivity(std::move(laplacian), *mine_, conductivity, mean);

@@ -27,3 +27,4 @@
 #include "gradpsi/spectrum.hpp"
 #include "gradpsi/spmv.hpp"
 #include "gradpsi/system.hpp"
+#include "gradpsi/walls.hpp"

@@ -18,9 +18,10 @@ constexpr int patience = 20;             // pivots per equation before ties coul
 }  // namespace
 
 template <int D>
-void PositiveStencil<D>::start(const Columns& s, const Columns& q) {
-  n_ = static_cast<int>(q.rows());
-  order_.resize(n_);
+void PositiveStencil<D>::start(const Columns& s, const Columns& q, const Wall<D>* wall) {
+  const int neighbours = static_cast<int>(q.rows());
+  n_ = neighbours + (wall ? 1 : 0);
+  order_.resize(neighbours);
   std::iota(order_.begin(), order_.end(), 0);
   std::ranges::sort(order_, [&](int i, int j) {
     if (q(i) != q(j)) return q(i) < q(j);
@@ -28,9 +29,10 @@ void PositiveStencil<D>::start(const Columns& s, const Columns& q) {
       if (s(i, a) != s(j, a)) return s(i, a) < s(j, a);
     return false;
   });
-  const double unit = q(order_[std::min(n_ - 1, 2 * D)]);  // where the stencil's points are, about
+  const double unit =
+      q(order_[std::min(neighbours - 1, 2 * D)]);  // where the stencil's points are, about
   Columns rows = equations();
-  for (int k = 0; k < n_; ++k) {
+  for (int k = 0; k < neighbours; ++k) {
     const int j = order_[k];
     const double per_square = 1 / (q(j) * q(j));
     for (int a = 0; a < D; ++a) rows(k, a) = s(j, a) * unit * per_square;
@@ -39,10 +41,25 @@ void PositiveStencil<D>::start(const Columns& s, const Columns& q) {
     const double ratio = q(j) / unit;
     rows(k, m) = ratio * ratio * ratio;
   }
-  tableau() = rows;
   value_.setZero();
   for (int a = 0; a < D; ++a) value_[diagonal_row<D>(a)] = 2;
   basis_.setConstant(-1);
+  if (wall) add_slope(*wall, unit);
+  tableau() = rows;
+}
+
+/// The last unknown: the slope, which costs nothing.
+template <int D>
+void PositiveStencil<D>::add_slope(const Wall<D>& wall, double unit) {
+  Columns rows = equations();
+  rows.row(n_ - 1).setZero();
+  for (int a = 0; a < D; ++a) rows(n_ - 1, a) = unit * wall.normal[a];
+  if (!wall.trace_only) return;
+  // One equation of those for the second moments holds their trace, the others nothing.
+  rows.middleCols(D, m - D).setZero();
+  rows.col(D).head(n_ - 1).setOnes();  // |s|^2 / q^2
+  value_.setZero();
+  value_[D] = 2 * D;
 }
 
 /// The equation furthest from what it should be, or the first that is off; -1: all hold.
@@ -116,10 +133,10 @@ bool PositiveStencil<D>::optimise() {
 }
 
 template <int D>
-double PositiveStencil<D>::solve(const Columns& s, const Columns& q, Columns psi) {
+double PositiveStencil<D>::solve(const Columns& s, const Columns& q, Columns psi, Wall<D>* wall) {
   psi.setZero();
   if (q.rows() == 0) return 0;
-  start(s, q);
+  start(s, q, wall);
   const Vector rhs = value_;
   const Columns rows = equations();
   constexpr int rounds = 5;
@@ -138,6 +155,10 @@ double PositiveStencil<D>::solve(const Columns& s, const Columns& q, Columns psi
     if (leaving(true) >= 0) continue;
     for (int row = 0; row < m; ++row)
       if (basis_[row] >= 0 && value_[row] > tolerance) {
+        if (basis_[row] == std::ssize(order_)) {
+          wall->slope = value_[row];
+          continue;
+        }
         const int j = order_[basis_[row]];
         psi(j) = value_[row] / (q(j) * q(j));
       }

@@ -58,6 +58,12 @@ const Call calls[] = {
     {"kth_nearest_distances",
      [](Scene& s, int threads) { kth_nearest_distances(s.cloud, 5, threads); }},
     {"local_spacing", [](Scene& s, int threads) { local_spacing(s.bare, threads); }},
+    {"with_walls",
+     [](Scene& s, int threads) {
+       FluxWalls walls{.points = {}, .normals = Positions::Ones(3000, 2)};
+       for (int i = 0; i < 3000; ++i) walls.points.push_back(i);
+       with_walls(s.laplacian, s.cloud, s.near, walls, threads);
+     }},
     {"warnings", [](Scene& s, int threads) { warnings(s.cloud, s.near, threads); }},
     {"number_density_volumes",
      [](Scene& s, int threads) {

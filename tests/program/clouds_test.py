@@ -104,6 +104,15 @@ class Clouds(ProgramTest):
         self.run_program(*bare, "--fixed", "held")
         self.assertIn("could not be computed at point 5, which has no condition either", self.run_program(*bare, expect=1))
 
+    def test_35_walls_let_no_field_grow(self):
+        bare = ["diffuse", CASES / "walls_on_an_l.csv", "--field", "T", "--scheme", "laplacian-positive", "--support", 0.375,
+                "--volume", 0.015625, "--on-degenerate", "widen", "--fixed", "fixed", "--normal", "n", "--source", "f",
+                "--time-step", 0.0015625, "--steps", 300, "-o", self.path("o.csv")]
+        text = self.run_program(*bare)
+        self.assertRegex(text, r"T was in \[0, 0.950329\], is in \[-?[0-9.e-]+, 0.0[0-9]*\]")
+        self.run_program(*bare, "--gradient", "gradient-direct-foc")
+        self.run_program(*bare, "--gradient", "positive")
+
     def test_advice_has_been_tried(self):
         """What an error advises is what then works."""
         points = self.square(T=lambda x, y: x * x)

@@ -56,7 +56,8 @@ class Diffuse(DiffusionScene):
                     u = scipy.sparse.linalg.spsolve(A.tocsc(), np.where(inner, b, np.where(fixed, u, t["flux"])))
                 self.diffuse(scheme, "--diffusivity", nu, "--time-step", dt, "--steps", 3, "--theta", theta,
                              "--fixed", "wall", "--normal", "n", "--flux", "flux", "--source", "f",
-                             "--conductivity", "kappa", "--mean", "harmonic", "--method", method)
+                             "--conductivity", "kappa", "--mean", "harmonic", "--method", method,
+                             "--gradient", "gradient-direct-soc")
                 out = self.read_csv("o.csv")
                 np.testing.assert_allclose(out["T"], u, rtol=0, atol=(1e-8 if method == "krylov" else 1e-9) * np.abs(u).max())
                 self.assertEqual(list(out), list(t))

@@ -56,7 +56,7 @@ class Mpi(DiffusionScene):
                              ("laplacian-mixed-zoc", ["--steady"])]:
             text = self.same_as_one(self.points, "--scheme", scheme, "--support", 0.15, "--fixed", "wall",
                                     "--normal", "n", "--flux", "flux", "--source", "f", "--conductivity", "kappa",
-                                    "--mean", "harmonic", *more)
+                                    "--mean", "harmonic", *more, tolerance=1e-7)
             self.assertIn(f"PETSc, {max(PROCESSES)} processes", text)
             self.assertIn("picture: ", text)
 

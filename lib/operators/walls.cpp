@@ -1,0 +1,175 @@
+#include "gradpsi/walls.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/dispatch.hpp"
+#include "base/parallel.hpp"
+#include "cloud/points.hpp"
+#include "gradpsi/error.hpp"
+#include "operators/positive.hpp"
+#include "search/check.hpp"
+
+namespace gradpsi {
+namespace {
+
+/// A wall's row of the Laplacian: weights of the neighbours and of the slope.
+struct WallStencil {
+  std::vector<double> weights;  // in the neighbours' order, 1/length^2
+  double slope = 0;             // 1/length
+  RowOutcome outcome = RowOutcome::Zero;
+  double reciprocal_condition = 0;
+};
+
+/// Solves the rows of a thread's points.
+template <int D>
+class WallSolver {
+ public:
+  WallStencil operator()(const Cloud& cloud, const Neighbours& near, int i,
+                         const Vector<D>& normal) {
+    const auto neighbours = near.of(i);
+    const double h = near.support(i);
+    n_ = static_cast<int>(neighbours.size());
+    Columns s = s_.columns(n_, D), q = q_.columns(n_, 1), psi = psi_.columns(n_, 1);
+    for (int k = 0; k < n_; ++k) s.row(k) = displacement<D>(cloud, i, neighbours[k]) / h;
+    q = s.square().rowwise().sum().sqrt();
+    WallStencil result;
+    for (const bool trace_only : {false, true}) {
+      Wall<D> wall{normal.normalized(), trace_only};
+      const double reciprocal = stencil_.solve(s, q, psi, wall);
+      if (!trace_only) result.reciprocal_condition = reciprocal;
+      if (reciprocal == 0) continue;
+      result.outcome = trace_only ? RowOutcome::Lowered : RowOutcome::AsAsked;
+      result.weights.resize(n_);
+      for (int k = 0; k < n_; ++k) result.weights[k] = psi(k) / (h * h);
+      result.slope = wall.slope / h;
+      break;
+    }
+    return result;
+  }
+
+ private:
+  int n_ = 0;
+  Buffer s_, q_, psi_;
+  PositiveStencil<D> stencil_;
+};
+
+/// Those of all walls.
+std::vector<WallStencil> wall_stencils(const Cloud& cloud, const Neighbours& near,
+                                       const std::vector<int>& points, const Positions& normals,
+                                       int threads) {
+  std::vector<WallStencil> result(points.size());
+  dispatch(cloud.dimension(), [&](auto d) {
+    parallel_chunks(static_cast<int>(points.size()), 64, threads,
+                    [&, solver = WallSolver<d>()](int begin, int end) mutable {
+                      for (int k = begin; k < end; ++k)
+                        result[k] = solver(cloud, near, points[k], normals.row(k).transpose());
+                    });
+  });
+  return result;
+}
+
+/// Appends a wall's row, the neighbours that count and the diagonal.
+void append(const WallStencil& wall, std::span<const int> neighbours, int i, SparseMatrix& matrix,
+            int row) {
+  double sum = 0;
+  for (const double a : wall.weights) sum += a;
+  bool diagonal = false;
+  const auto append_diagonal = [&] {
+    if (!std::exchange(diagonal, true)) matrix.insertBack(row, i) = -sum;
+  };
+  for (std::size_t k = 0; k < neighbours.size(); ++k) {
+    if (wall.weights.empty() || wall.weights[k] == 0) continue;
+    if (neighbours[k] > i) append_diagonal();
+    matrix.insertBack(row, neighbours[k]) = wall.weights[k];
+  }
+  append_diagonal();
+}
+
+/// Those of these numbers.
+FluxWalls some_of(const FluxWalls& walls, const std::vector<int>& numbers) {
+  FluxWalls result;
+  for (const int k : numbers) result.points.push_back(walls.points[k]);
+  result.normals = walls.normals(numbers, Eigen::all);
+  if (walls.flux.size() > 0) result.flux = walls.flux(numbers);
+  return result;
+}
+
+std::string number(const Cloud& cloud, int i) { return std::to_string(cloud.number(i)); }
+
+void check(const Operator& laplacian, const Cloud& cloud) {
+  if (laplacian.axes.size() != 1 || laplacian.matrix().cols() != cloud.size() ||
+      (laplacian.points.empty() && laplacian.matrix().rows() != cloud.size()))
+    throw InvalidInput("walls need the Laplacian of the " + std::to_string(cloud.size()) +
+                       " points, one matrix");
+}
+
+void check(const FluxWalls& walls, const Cloud& cloud) {
+  const auto count = std::ssize(walls.points);
+  if (walls.flux.size() != 0 && walls.flux.size() != count)
+    throw InvalidInput("flux has " + std::to_string(walls.flux.size()) + " entries for " +
+                       std::to_string(count) + " walls");
+  if (count > 0 && (walls.normals.rows() != count || walls.normals.cols() != cloud.dimension()))
+    throw InvalidInput("normals is " + std::to_string(walls.normals.rows()) + " x " +
+                       std::to_string(walls.normals.cols()) + " for " + std::to_string(count) +
+                       " walls in " + std::to_string(cloud.dimension()) + " dimensions");
+  std::vector<char> taken(cloud.size(), false);
+  for (int k = 0; k < count; ++k) {
+    const int i = walls.points[k];
+    if (i < 0 || i >= cloud.size())
+      throw InvalidInput("there is no point " + std::to_string(i) + " among " +
+                         std::to_string(cloud.size()) + " to be a wall");
+    if (std::exchange(taken[i], true))
+      throw InvalidInput("point " + number(cloud, i) + " is a wall twice");
+    if (!walls.normals.row(k).allFinite() || walls.normals.row(k).isZero(0))
+      throw InvalidInput("the normal at point " + number(cloud, i) + " is zero or not finite");
+    if (walls.flux.size() > 0 && !std::isfinite(walls.flux[k]))
+      throw InvalidInput("the flux at point " + number(cloud, i) + " is not finite");
+  }
+}
+
+}  // namespace
+
+WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& near,
+                     const FluxWalls& walls, int threads) {
+  checked_threads(threads);
+  check_match(cloud, near);
+  check(laplacian, cloud);
+  check(walls, cloud);
+  const auto stencils = wall_stencils(cloud, near, walls.points, walls.normals, threads);
+  std::vector<int> place(cloud.size(), -1), left;
+  for (int k = 0; k < std::ssize(stencils); ++k)
+    if (stencils[k].outcome == RowOutcome::Zero)
+      left.push_back(k);
+    else
+      place[walls.points[k]] = k;
+  WithWalls result{std::move(laplacian), DenseVector::Zero(cloud.size()), some_of(walls, left)};
+  Operator& op = result.laplacian;
+  const SparseMatrix all = std::move(op.axes[0]);
+  SparseMatrix& matrix = op.axes[0] = SparseMatrix(all.rows(), all.cols());
+  matrix.reserve(all.nonZeros());
+  for (int row = 0; row < all.rows(); ++row) {
+    const int i = op.points.empty() ? row : op.points[row];
+    matrix.startVec(row);
+    if (place[i] < 0) {
+      for (SparseMatrix::InnerIterator a(all, row); a; ++a)
+        matrix.insertBack(row, a.col()) = a.value();
+      continue;
+    }
+    const WallStencil& wall = stencils[place[i]];
+    append(wall, near.of(i), i, matrix, row);
+    if (walls.flux.size() > 0)
+      result.source[i] = wall.slope * walls.flux[place[i]] / walls.normals.row(place[i]).norm();
+    if (op.rows.outcome.empty()) continue;
+    op.rows.outcome[row] = wall.outcome;
+    op.rows.reciprocal_condition[row] = wall.reciprocal_condition;
+    op.rows.degree[row] = wall.outcome == RowOutcome::AsAsked ? 2 : 1;
+  }
+  matrix.finalize();
+  return result;
+}
+
+}  // namespace gradpsi
