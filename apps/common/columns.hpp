@@ -35,6 +35,7 @@ struct Column {
   template <class Value>
   Column(std::string over_it, Value value, Look as = {})
       : heading(std::move(over_it)), look(as), text([value, as](const Row& row) {
+          static_cast<void>(as);  // not all cells are numbers
           using Cell = std::remove_cvref_t<std::invoke_result_t<Value, const Row&>>;
           if constexpr (std::convertible_to<Cell, std::string_view>)
             return std::string(std::invoke(value, row));

@@ -55,8 +55,8 @@ Option DiffuseOptions::declare_steps(Options& options) {
   options
       .number("--theta", theta, "1|0.5", "1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2")
       .check([](const std::string& given) {
-        const double theta = std::strtod(given.c_str(), nullptr);
-        return theta == 1 || theta == 0.5 ? "" : "must be 1 or 0.5, not " + given;
+        const double value = std::strtod(given.c_str(), nullptr);
+        return value == 1 || value == 0.5 ? "" : "must be 1 or 0.5, not " + given;
       });
   return options.flag(
       "--steady", steady,
