@@ -83,7 +83,7 @@ void run(const DiffuseOptions& options, Machine& machine) {
   if (!machine.is_first() ||
       !print_summary(options, report, machine.table().has("support"), {result}))
     return;
-  print_solution(options, *report.solver, *report.steps, before, after);
+  print_solution(options, *report.solver, *report.steps, before, after, heat.gentle_step);
   if (drawn)
     std::cout << "picture: " << picture.string() << '\n';
   else

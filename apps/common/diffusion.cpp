@@ -134,6 +134,18 @@ Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
   return result.source;
 }
 
+/// The largest |a_ii| of points that are not fixed.
+double steepest_row(const Machine& machine, const Operator& laplacian,
+                    const std::vector<int>& fixed) {
+  std::vector<char> is_fixed(laplacian.matrix().cols(), false);
+  for (const int i : fixed) is_fixed[i] = true;
+  double result = 0;
+  for (int row = 0; row < laplacian.matrix().rows(); ++row)
+    if (const int i = laplacian.points.empty() ? row : laplacian.points[row]; !is_fixed[i])
+      result = std::max(result, std::abs(laplacian.matrix().coeff(row, i)));
+  return machine.largest(result);
+}
+
 }  // namespace
 
 Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& report) {
@@ -165,7 +177,10 @@ Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& rep
     if (how.source.size() == 0) how.source = DenseVector::Zero(from_walls.size());
     how.source += how.diffusivity * from_walls;
   }
-  return machine.diffusion(std::move(op), conditions, how);
+  const double steepest = steepest_row(machine, op, conditions.fixed.points);
+  Diffusion result = machine.diffusion(std::move(op), conditions, how);
+  result.gentle_step = 1 / ((1 - how.theta) * how.diffusivity * steepest);
+  return result;
 }
 
 Steps make_steps(const DiffuseOptions& options, const Machine& machine, const Diffusion& heat,
@@ -220,15 +235,19 @@ bool left(const Range& before, const Range& after) {
 }  // namespace
 
 void print_solution(const DiffuseOptions& options, const SolverReport& solver, const Steps& steps,
-                    const Range& before, const Range& after) {
+                    const Range& before, const Range& after, double gentle_step) {
   std::cout << "solved by " << solver.description << ":\n  " << solver.reason << '\n'
             << (options.steady ? "steady" : "steps: " + std::to_string(steps.count)) << ", "
             << (solver.method == Method::Krylov ? "iterations: " : "refinements: ")
             << steps.total.iterations << ", largest relative residual "
             << text(steps.total.residual) << '\n'
             << options.field << " was in " << before << ", is in " << after << '\n';
-  const bool ripples = !options.steady && options.theta < 1;  // of Crank-Nicolson
-  if (options.source.empty() && options.flux.empty() && !ripples && left(before, after))
+  if (!options.source.empty() || !options.flux.empty() || !left(before, after)) return;
+  if (!options.steady && options.theta < 1)
+    std::cout << "  diffusion alone never leaves the range it started from: Crank-Nicolson overshoots from "
+                 "jumps at this\n  step; --theta 1 does not, nor do steps up to "
+              << text(gentle_step) << " where no weight is negative\n";
+  else
     std::cout
         << "  diffusion alone never leaves the range it started from: on these points the scheme, "
            "or that of\n  the walls' gradient, does not approximate it\n";

@@ -28,6 +28,6 @@ Range range(const Machine& machine, const Eigen::VectorXd& u);
 
 /// Says what it was solved with, and what became of the range.
 void print_solution(const DiffuseOptions& options, const SolverReport& solver, const Steps& steps,
-                    const Range& before, const Range& after);
+                    const Range& before, const Range& after, double gentle_step);
 
 }  // namespace gradpsi::apps

@@ -15,6 +15,8 @@ namespace gradpsi::apps {
 struct Diffusion {
   std::function<SolveReport(Eigen::VectorXd& u)> step;
   std::function<SolverReport()> solver;
+  /// The largest time step with which the theta method cannot overshoot: where no weight is negative.
+  double gentle_step = 0;
 };
 
 /// The stages of a command, as one process or several that share the points take them. All processes call all

@@ -40,8 +40,9 @@ struct Forecast {
   double rate = 0;       ///< there, 1/length^2; <= 0 without growth
 };
 
-/// Growth starts locally: at the nine points whose Gershgorin discs reach furthest to the right, the
-/// eigenvalues of the block of the 30 nearest points tell whether A has any with a positive real part.
+/// Growth starts locally: at the nine points whose Gershgorin discs reach furthest to the right, and at the
+/// eighteen whose discs do so in units of |a_ii|, the eigenvalues of the block of the 30 nearest points tell
+/// whether A has any with a positive real part.
 /// @param cloud      n points
 /// @param laplacian  n x n, of `cloud`'s points
 /// @param points     those that evolve, ascending; the others are fixed

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/dispatch.hpp"
@@ -35,6 +35,36 @@ std::vector<int> nearest_in_matrix(const Cloud& cloud, const SparseMatrix& A,
   return found;
 }
 
+constexpr int looked_at = 9, block = 30;
+
+/// The rows whose Gershgorin discs reach furthest to the right, and those whose discs do so in units of
+/// |a_ii|, where spacings vary; of the latter more, since there are more kinds of them.
+std::vector<int> suspects(const SparseMatrix& A) {
+  const int n = static_cast<int>(A.rows());
+  std::vector<double> reach(n), relative(n);
+  for (int i = 0; i < n; ++i) {
+    double diagonal = 0;
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
+      reach[i] += a.col() == i ? a.value() : std::abs(a.value());
+      if (a.col() == i) diagonal = std::abs(a.value());
+    }
+    relative[i] = diagonal > 0 ? reach[i] / diagonal : 0;
+  }
+  std::vector<int> result;
+  const auto add_furthest = [&](const std::vector<double>& by, int count) {
+    std::vector<int> rows(n);
+    std::iota(rows.begin(), rows.end(), 0);
+    const auto end = rows.begin() + std::min(n, count);
+    std::partial_sort(rows.begin(), end, rows.end(),
+                      [&](int i, int j) { return by[i] != by[j] ? by[i] > by[j] : i < j; });
+    for (auto row = rows.begin(); row != end; ++row)
+      if (std::ranges::find(result, *row) == result.end()) result.push_back(*row);
+  };
+  add_furthest(reach, looked_at);
+  add_furthest(relative, 2 * looked_at);
+  return result;
+}
+
 }  // namespace
 
 Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::vector<int>& points,
@@ -45,22 +75,11 @@ Forecast forecast(const Cloud& cloud, const SparseMatrix& laplacian, const std::
   const SparseMatrix A = principal_part(laplacian, points);
   if (is_dominant(-A)) return {.certain = true};
 
-  constexpr int looked_at = 9, block = 30;
-  const int n = static_cast<int>(A.rows());
-  std::vector<std::pair<double, int>> discs(n);  // minus the right end, row
-  for (int i = 0; i < n; ++i) {
-    discs[i] = {0, i};
-    for (SparseMatrix::InnerIterator a(A, i); a; ++a)
-      discs[i].first -= a.col() == i ? a.value() : std::abs(a.value());
-  }
-  const auto rows = std::min(n, looked_at);
-  std::partial_sort(discs.begin(), discs.begin() + rows, discs.end());
   Forecast result;
-  for (int k = 0; k < rows; ++k) {
-    const int i = discs[k].second;
+  for (const int i : suspects(A)) {
     const auto near = nearest_in_matrix(cloud, A, points, i, block);
     const double rate = eigenvalues(principal_part(A, near)).real().maxCoeff();
-    if (k == 0 || rate > result.rate) result.rate = rate, result.point = points[i];
+    if (result.point < 0 || rate > result.rate) result.rate = rate, result.point = points[i];
   }
   result.grows = result.rate > slow_growth * median_diagonal(A);
   result.certain = result.grows && is_symmetric(A, volumes(points));

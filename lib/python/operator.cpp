@@ -214,12 +214,40 @@ conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic
 Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");
 }
 
+py::tuple operator_with_walls(const Operator& laplacian, const Cloud& cloud, const Neighbours& near,
+                              const ArrayLike& where, const ArrayLike& normals,
+                              const ArrayLike& flux, int threads) {
+  FluxWalls walls{.points = points(where, "points", cloud.size()),
+                  .normals = positions(normals, "normals")};
+  walls.flux = optional_vector(flux, "flux", static_cast<Eigen::Index>(walls.points.size()));
+  WithWalls found = without_gil([&] { return with_walls(laplacian, cloud, near, walls, threads); });
+  const auto& remaining = found.remaining.points;
+  const py::array_t<double> source(found.source.size(), found.source.data());
+  const py::array_t<int> left(static_cast<py::ssize_t>(remaining.size()), remaining.data());
+  return py::make_tuple(std::move(found.laplacian), source, left);
+}
+
+void bind_walls(py::module_& m) {
+  m.def("with_walls", &operator_with_walls, py::arg("laplacian"), py::arg("cloud"), py::arg("near"),
+        py::arg("points"), py::arg("normals"), py::arg("flux") = py::none(), py::arg("threads") = 0,
+        R"(A new operator whose rows at walls, where n . grad u = flux, know the slope: positive
+stencils, exact on polynomials of degree 2, that let no field grow.
+
+points: m indices. normals: m x d, outward, of any length. flux: m numbers; None: 0.
+Returns the operator; n numbers, what the flux adds to lap u (to the source of ImplicitDiffusion,
+times the diffusivity); and the points whose row could not be made and is as it was: all their
+neighbours lie to one side of the normal.
+Raises InvalidInput if sizes disagree, a normal is 0, a number is not finite or a point is there
+twice.)");
+}
+
 }  // namespace
 
 void bind_operator(py::module_& m) {
   bind_rows(m);
   bind_matrices(m);
   bind_functions(m);
+  bind_walls(m);
 }
 
 }  // namespace gradpsi::python

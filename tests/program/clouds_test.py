@@ -1,6 +1,7 @@
 """Clouds that people have: what could not be computed is never a number, and what is said of it helps."""
 
 import math
+import re
 import unittest
 
 import numpy as np
@@ -104,6 +105,14 @@ class Clouds(ProgramTest):
         self.run_program(*bare, "--fixed", "held")
         self.assertIn("could not be computed at point 5, which has no condition either", self.run_program(*bare, expect=1))
 
+    def test_32_growth_is_foreseen_where_spacings_vary(self):
+        for case, options in [("ring_direct_zoc_grows", ["--scheme", "laplacian-direct-zoc", "--support", 0.13029049555684147,
+                                                         "--on-degenerate", "lower", "--kernel", "gaussian", "--fixed", "fixed"]),
+                              ("graded_line_grows", ["--scheme", "laplacian-diffuse-ns-soc-ls", "--on-degenerate", "widen"])]:
+            text = self.run_program("inspect", CASES / f"{case}.csv", *options)
+            self.assertRegex(text, "explicit steps        not fit: fields grow")
+            self.assertRegex(text, "implicit steps        not fit: ")
+
     def test_35_walls_let_no_field_grow(self):
         bare = ["diffuse", CASES / "walls_on_an_l.csv", "--field", "T", "--scheme", "laplacian-positive", "--support", 0.375,
                 "--volume", 0.015625, "--on-degenerate", "widen", "--fixed", "fixed", "--normal", "n", "--source", "f",
@@ -112,6 +121,15 @@ class Clouds(ProgramTest):
         self.assertRegex(text, r"T was in \[0, 0.950329\], is in \[-?[0-9.e-]+, 0.0[0-9]*\]")
         self.run_program(*bare, "--gradient", "gradient-direct-foc")
         self.run_program(*bare, "--gradient", "positive")
+
+    def test_37_crank_nicolson_names_the_step_that_does_not_overshoot(self):
+        bare = ["diffuse", CASES / "step_between_edges.csv", "--field", "T", "--scheme", "laplacian-mixed-zoc", "--support-ratio",
+                3, "--fixed", "wall", "-o", self.path("o.csv"), "--steps", 1]
+        text = self.run_program(*bare, "--time-step", 0.02, "--theta", 0.5)
+        step = float(re.search(r"--theta 1 does not, nor do steps up to ([\d.e-]+)", text)[1])
+        for options in [["--time-step", 0.02, "--theta", 1], ["--time-step", step, "--theta", 0.5]]:
+            text = self.run_program(*bare, *options)
+            self.assertNotIn("diffusion alone never leaves", text)
 
     def test_advice_has_been_tried(self):
         """What an error advises is what then works."""

@@ -275,3 +275,26 @@ def test_refactored_solvers_solve_the_new_system():
     for b, guess in [([1, 2, 3], None), ([1, np.nan], None), ([1, 2], [1]), ([1, 2], [1, np.inf])]:
         with pytest.raises(gradpsi.InvalidInput):
             solver.solve(b, guess)
+
+
+def test_walls_with_a_flux_are_of_second_order():
+    """x^2 - y^2 on the unit square: three sides are held, a flux enters through x = 1; exact, being of degree 2."""
+    side = np.linspace(0, 1, 15)
+    x, y = (a.ravel() for a in np.meshgrid(side, side))
+    inner = (x > 0) & (x < 1) & (y > 0) & (y < 1)
+    random = np.random.default_rng(4)
+    x, y = x + inner * random.uniform(-0.01, 0.01, x.size), y + inner * random.uniform(-0.01, 0.01, x.size)
+    cloud = gradpsi.Cloud(np.column_stack([x, y]))
+    near = gradpsi.find_neighbours(cloud, 0.2)
+    laplacian = gradpsi.assemble("laplacian-ls-2", cloud, near)
+    walls = np.flatnonzero((x == 1) & (y > 0) & (y < 1))
+    laplacian, source, remaining = gradpsi.with_walls(laplacian, cloud, near, walls, [[2, 0]] * walls.size,
+                                                      4 * np.ones(walls.size))
+    assert remaining.size == 0
+    held = np.flatnonzero((x == 0) | (y == 0) | (y == 1))
+    exact = x**2 - y**2
+    heat = gradpsi.ImplicitDiffusion(cloud, laplacian, time_step=np.inf, source=source, fixed=held)
+    u = heat.step(np.where(np.isin(np.arange(x.size), held), exact, 0.0))
+    assert np.allclose(u, exact, atol=1e-9)
+    with pytest.raises(gradpsi.InvalidInput, match="is zero or not finite"):
+        gradpsi.with_walls(laplacian, cloud, near, walls, np.zeros((walls.size, 2)))

@@ -179,6 +179,15 @@ def with_conductivity(
     conductivity: ArrayLike,
     mean: Literal["arithmetic", "harmonic"] = "arithmetic",
 ) -> Operator: ...
+def with_walls(
+    laplacian: Operator,
+    cloud: Cloud,
+    near: Neighbours,
+    points: ArrayLike,
+    normals: ArrayLike,
+    flux: ArrayLike | None = None,
+    threads: int = 0,
+) -> tuple[Operator, _Doubles, _Ints]: ...
 
 class SolverOptions:
     def __init__(
