@@ -244,7 +244,8 @@ void print_solution(const DiffuseOptions& options, const SolverReport& solver, c
             << options.field << " was in " << before << ", is in " << after << '\n';
   if (!options.source.empty() || !options.flux.empty() || !left(before, after)) return;
   if (!options.steady && options.theta < 1)
-    std::cout << "  diffusion alone never leaves the range it started from: Crank-Nicolson overshoots from "
+    std::cout << "  diffusion alone never leaves the range it started from: Crank-Nicolson "
+                 "overshoots from "
                  "jumps at this\n  step; --theta 1 does not, nor do steps up to "
               << text(gentle_step) << " where no weight is negative\n";
   else
