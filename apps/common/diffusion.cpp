@@ -177,7 +177,7 @@ Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& rep
     if (how.source.size() == 0) how.source = DenseVector::Zero(from_walls.size());
     how.source += how.diffusivity * from_walls;
   }
-  const double steepest = steepest_row(machine, op, conditions.fixed.points);
+  const double steepest = how.theta < 1 ? steepest_row(machine, op, conditions.fixed.points) : 0;
   Diffusion result = machine.diffusion(std::move(op), conditions, how);
   result.gentle_step = 1 / ((1 - how.theta) * how.diffusivity * steepest);
   return result;

@@ -76,11 +76,22 @@ std::ptrdiff_t computed(const Scheme& scheme, const Problem& problem, AssemblyOp
   }
 }
 
-struct Way {
-  OnDegenerate policy;
-  double factor;  // of the support
-  std::string words;
-};
+/// What of the points' own shape stands in the way, which no support and no policy can help; "": nothing.
+std::string flatness(const Problem& problem, const std::vector<int>& points) {
+  const Cloud& cloud = problem.cloud;
+  if (cloud.dimension() == 1) return "";
+  const bool plane = cloud.dimension() == 2;
+  if (const double extent = thickness(cloud.positions()); extent < 1e-6)
+    return std::string("the points lie in a ") + (plane ? "line" : "plane or line") + " up to " +
+           text(extent) + " of their extent: no derivative across it can be told from them. Give " +
+           "their coordinates within it";
+  if (on_a_surface(problem, points))
+    return std::string("their neighbours lie on a ") + (plane ? "line" : "surface") +
+           ", across which no derivative can be told from them: no support and no policy helps "
+           "in " +
+           std::to_string(cloud.dimension()) + "D";
+  return "";
+}
 
 }  // namespace
 
@@ -88,35 +99,23 @@ std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions
                    std::vector<int> points) {
   points = some_of(degenerate(scheme, problem, assembly, std::move(points)));
   if (points.empty()) return "";
-  const Cloud& cloud = problem.cloud;
-  const std::string dimension = std::to_string(cloud.dimension()) + "D";
-  if (cloud.dimension() > 1 && thickness(cloud.positions()) < 1e-6)
-    return "; the points lie in a " +
-           std::string(cloud.dimension() == 2 ? "line" : "plane or line") + " up to " +
-           text(thickness(cloud.positions())) +
-           " of their extent: no derivative across it can be told from them. Give their "
-           "coordinates within it";
-  if (cloud.dimension() > 1 && on_a_surface(problem, points))
-    return "; their neighbours lie on a " +
-           std::string(cloud.dimension() == 2 ? "line" : "surface") +
-           ", across which no derivative can be told from them: no support and no policy helps "
-           "in " +
-           dimension;
-  std::vector<Way> ways;
-  if (assembly.on_degenerate != OnDegenerate::Widen)
-    ways.push_back({OnDegenerate::Widen, 1, "--on-degenerate widen"});
+  const auto computes = [&](OnDegenerate policy, double factor) {
+    return computed(scheme, problem, assembly, points, policy, factor);
+  };
+  const bool widened = assembly.on_degenerate == OnDegenerate::Widen;
+  const auto by_widening = widened ? 0 : computes(OnDegenerate::Widen, 1);
+  if (by_widening == std::ssize(points)) return "; --on-degenerate widen computes them";
+  if (const std::string why = flatness(problem, points); !why.empty()) return "; " + why;
+  const std::string tried = by_widening == 0
+                                ? ""
+                                : " (--on-degenerate widen " + std::to_string(by_widening) +
+                                      " of " + std::to_string(points.size()) + ")";
   for (const double factor : {1.25, 1.5, 2.0, 3.0})
-    ways.push_back({OnDegenerate::Zero, factor, "a support " + text(factor) + " times as large"});
-  if (assembly.on_degenerate != OnDegenerate::Lower)
-    ways.push_back({OnDegenerate::Lower, 1, "--on-degenerate lower"});
-  std::string tried;
-  for (const Way& way : ways) {
-    const auto count = computed(scheme, problem, assembly, points, way.policy, way.factor);
-    if (count == std::ssize(points)) return "; " + way.words + " computes them" + tried;
-    if (way.policy == OnDegenerate::Widen && count > 0)
-      tried = " (--on-degenerate widen " + std::to_string(count) + " of " +
-              std::to_string(points.size()) + ")";
-  }
+    if (computes(OnDegenerate::Zero, factor) == std::ssize(points))
+      return "; a support " + text(factor) + " times as large computes them" + tried;
+  if (assembly.on_degenerate != OnDegenerate::Lower &&
+      computes(OnDegenerate::Lower, 1) == std::ssize(points))
+    return "; --on-degenerate lower computes them" + tried;
   return "; neither a larger support nor --on-degenerate computes all of them" + tried;
 }
 

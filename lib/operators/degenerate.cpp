@@ -39,7 +39,7 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
       : neighbours < needed ? "at least " + std::to_string(needed) + " neighbours are needed"
       : recipe(scheme).how == How::Programme ? "none of its stencils is positive"
       : rcond > checked_below                ? "its weights are not finite"
-      : rcond >= singular_below ? "rounding makes its weights miss their conditions"
+      : rcond >= singular_below              ? "rounding makes its weights miss their conditions"
                                              : "its moment system is singular";
   throw StencilError(name(scheme) + " cannot be computed at point " +
                          std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +

@@ -148,8 +148,10 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
       place[walls.points[k]] = k;
   WithWalls result{std::move(laplacian), DenseVector::Zero(cloud.size()), some_of(walls, left)};
   Operator& op = result.laplacian;
-  const SparseMatrix all = std::move(op.axes[0]);
-  SparseMatrix& matrix = op.axes[0] = SparseMatrix(all.rows(), all.cols());
+  SparseMatrix all;
+  SparseMatrix& matrix = op.axes[0];
+  all.swap(matrix);  // Eigen 3.4 would copy
+  matrix.resize(all.rows(), all.cols());
   matrix.reserve(all.nonZeros());
   for (int row = 0; row < all.rows(); ++row) {
     const int i = op.points.empty() ? row : op.points[row];

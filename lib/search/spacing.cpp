@@ -56,6 +56,7 @@ double block_contrast(const Cloud& cloud, const DenseVector& spacing, int thread
 
 /// Whether spacings vary by more than chance can explain.
 bool is_uneven(const Cloud& cloud, const DenseVector& spacing, int threads) {
+  if (spacing.maxCoeff() <= uneven_blocks[cloud.dimension() - 1] * spacing.minCoeff()) return false;
   if (spacing.maxCoeff() > uneven_point * median(spacing)) return true;
   return dispatch(cloud.dimension(), [&](auto d) {
     return block_contrast<d>(cloud, spacing, threads) > uneven_blocks[d - 1];
@@ -107,12 +108,16 @@ DenseVector local_spacing(const Cloud& cloud, int threads) {
   const DenseVector one = DenseVector::Constant(1, usual);
   const int d = cloud.dimension(), count = std::min(told_by, cloud.size() - 1);
   if (count < d) return one;
+  const bool given = cloud.has_volumes();
+  DenseVector spacing = given ? DenseVector(cloud.volumes().array().pow(1.0 / d)) : DenseVector();
+  if (given && !is_uneven(cloud, spacing, threads)) return one;
   const DenseVector reach = kth_nearest_distances(cloud, count, threads);
   if (!(reach.minCoeff() > 0)) return one;  // find_neighbours() will say who coincide
-  DenseVector spacing = reach * std::pow(ball(d) / (count + 0.5), 1.0 / d);
-  if (cloud.has_volumes()) spacing = cloud.volumes().array().pow(1.0 / d);
-  if (!is_uneven(cloud, spacing, threads)) return one;
-  if (!cloud.has_volumes()) spacing *= usual / median(spacing);
+  if (!given) {
+    spacing = reach * std::pow(ball(d) / (count + 0.5), 1.0 / d);
+    if (!is_uneven(cloud, spacing, threads)) return one;
+    spacing *= usual / median(spacing);
+  }
   bound_steps(find_neighbours(cloud, reach * (1 + 1e-9), threads), spacing);
   return spacing;
 }

@@ -31,7 +31,8 @@ TEST_F(Fault28, AFullDiskIsAnErrorAndTheOldFileSurvives) {
     try {
       write_text(path("old"), std::string(1 << 20, 'x'));
     } catch (const std::system_error& e) {
-      std::_Exit(e.code().value() == EFBIG ? 3 : 4);  // a thread sanitizer would look at what forked
+      std::_Exit(e.code().value() == EFBIG ? 3
+                                           : 4);  // a thread sanitizer would look at what forked
     }
   };
   EXPECT_EXIT(write_beyond_the_limit(), testing::ExitedWithCode(3), "");

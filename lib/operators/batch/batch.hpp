@@ -42,7 +42,7 @@ struct BatchSystem {
   Form form;
   int degree;  // of the form's functions
   Phi phi;
-  int given_power;  // How::Given: weights want h to this power as a factor
+  int given_power;      // How::Given: weights want h to this power as a factor
   double limit;         // least reciprocal condition number of the matrix
   double scaled_limit;  // and of it after scaling its diagonal to 1, where it is definite
   int outputs, term_count;
