@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "common/outputs.hpp"
@@ -13,47 +14,107 @@ namespace {
 
 using std::filesystem::path;
 
-void run(const OperatorOptions& options, const std::string& field, const path& output) {
+struct DeriveOptions : OperatorOptions {
+  std::string field, rows;
+  path output;
+};
+
+/// The points that have something else than 0 in the column; without a column all.
+std::optional<std::vector<int>> wanted_rows(const Problem& problem, const std::string& column) {
+  if (column.empty()) return {};
+  const Eigen::VectorXd marks = finite_column(problem.table, problem.cloud, column);
+  std::vector<int> rows;
+  for (int i = 0; i < problem.cloud.size(); ++i)
+    if (marks[i] != 0) rows.push_back(i);
+  if (rows.empty()) throw InvalidInput("column '" + column + "' is 0 at all points");
+  return rows;
+}
+
+/// How the rows that can be computed are had without the others.
+std::string without(std::ptrdiff_t unanswered, std::ptrdiff_t rows) {
+  if (unanswered == rows) return "";
+  return "; --rows COLUMN, a column that is 0 at " +
+         std::string(unanswered == 1 ? "this point" : "these points") + ", computes the " +
+         std::to_string(rows - unanswered) + " others";
+}
+
+/// Assembles; where that fails, what is said tells how many rows do not.
+void assemble_wanted(const DeriveOptions& options, const std::optional<std::vector<int>>& rows,
+                     Problem& problem, Report& report) {
+  try {
+    assemble(options, problem, report, rows);
+  } catch (const StencilError& error) {
+    AssemblyOptions assembly = assembly_options(options, problem.table);
+    assembly.on_degenerate = OnDegenerate::Zero;
+    assembly.rows = rows;
+    const Operator op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
+    throw std::runtime_error(error.what() +
+                             without(op.rows.degenerate(), std::ssize(op.rows.outcome)));
+  }
+}
+
+/// The products with the field; nan at points whose row was not asked for or has no answer.
+void add_derivatives(const DeriveOptions& options, const Eigen::VectorXd& u,
+                     const std::vector<int>& unanswered, Problem& problem) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto names = component_names(options.scheme, problem.axes);
+  const Operator& op = problem.op;
+  for (std::size_t a = 0; a < op.axes.size(); ++a) {
+    Eigen::VectorXd values = op.axes[a] * u;
+    values(unanswered).setConstant(nan);
+    if (!op.points.empty()) {
+      Eigen::VectorXd everywhere = Eigen::VectorXd::Constant(problem.cloud.size(), nan);
+      everywhere(op.points) = values;
+      values = std::move(everywhere);
+    }
+    problem.table.add(names[a].empty() ? "lap_" + options.field : options.field + '_' + names[a],
+                      values);
+  }
+}
+
+void run(const DeriveOptions& options) {
   const Scheme scheme = options.scheme;
-  check_outputs(options, {output});
+  check_outputs(options, {options.output});
   Report report;
   Problem problem = read_problem(options, report);
-  Table& table = problem.table;
-  const Eigen::VectorXd u = finite_column(table, problem.cloud, field);
-  assemble(options, problem, report);
-  const auto& axes = problem.op.axes;
-  const auto names = component_names(scheme, problem.axes);
+  const Eigen::VectorXd u = finite_column(problem.table, problem.cloud, options.field);
+  const auto rows = wanted_rows(problem, options.rows);
+  assemble_wanted(options, rows, problem, report);
   const std::vector<int> unanswered = rows_without_answer(options, problem.op);
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    Eigen::VectorXd values = axes[a] * u;
-    values(unanswered).setConstant(std::numeric_limits<double>::quiet_NaN());
-    table.add(names[a].empty() ? "lap_" + field : field + '_' + names[a], values);
-  }
-  write_and_report(options, report, table.has("support"), {output},
-                   [&] { write_table(output, table); });
-  if (!unanswered.empty())
-    throw std::runtime_error(
-        count(std::ssize(unanswered), "row") + " of " + std::to_string(problem.cloud.size()) +
-        " could not be computed and " + (unanswered.size() == 1 ? "is" : "are") + " nan in " +
-        output.string() + remedy(scheme, problem, assembly_options(options, table), unanswered));
+  add_derivatives(options, u, unanswered, problem);
+  write_and_report(options, report, problem.table.has("support"), {options.output},
+                   [&] { write_table(options.output, problem.table); });
+  if (unanswered.empty()) return;
+  std::vector<int> points = unanswered;
+  if (rows)
+    for (int& point : points) point = (*rows)[point];
+  const std::ptrdiff_t missing = std::ssize(unanswered), all = problem.op.matrix().rows();
+  throw std::runtime_error(
+      count(missing, "row") + " of " + std::to_string(all) + " could not be computed and " +
+      (missing == 1 ? "is" : "are") + " nan in " + options.output.string() +
+      remedy(scheme, problem, assembly_options(options, problem.table), points) +
+      without(missing, all));
 }
 
 }  // namespace
 
 std::function<void()> declare_derive(Options& options) {
-  auto wanted = std::make_shared<OperatorOptions>();
-  auto field = std::make_shared<std::string>();
-  auto output = std::make_shared<path>();
+  auto wanted = std::make_shared<DeriveOptions>();
   wanted->declare(options);
-  options.text("--field", *field, "COLUMN", "The column to differentiate").required();
-  declare_table_output(options, *output,
+  options.text("--field", wanted->field, "COLUMN", "The column to differentiate").required();
+  options
+      .text("--rows", wanted->rows, "COLUMN",
+            "Only at points where this column is not 0; the others, which count as neighbours\n"
+            "all the same, get nan")
+      .check(not_empty);
+  declare_table_output(options, wanted->output,
                        "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
                        "(gradient), lap_FIELD (Laplacian) or FIELD_xx, FIELD_xy, .. (Hessian)")
       .required();
   options.examples(
       "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
       "--support-ratio 3 -o lap.vtu");
-  return [=] { run(*wanted, *field, *output); };
+  return [wanted] { run(*wanted); };
 }
 
 }  // namespace gradpsi::apps

@@ -128,24 +128,29 @@ DegenerateRows degenerate_rows(const Operator& op, const Cloud& cloud) {
 }
 
 void describe(const Operator& op, const Problem& problem, Report& report) {
+  if (!op.points.empty()) report.rows = op.matrix().rows();
   report.entries = op.matrix().nonZeros();
   report.neighbours = neighbour_counts(problem.near);
   report.degenerate = degenerate_rows(op, problem.cloud);
   report.degenerate_rows = report.degenerate.count();
   if (Eigen::Index worst; op.rows.reciprocal_condition.size() > 0) {
     const double least = op.rows.reciprocal_condition.minCoeff(&worst);
-    report.worst = {least, worst};
+    report.worst = {least, op.points.empty() ? worst : op.points[worst]};
   }
 }
 
-void assemble(const OperatorOptions& options, Problem& problem, Report& report) {
-  const AssemblyOptions assembly = assembly_options(options, problem.table);
+void assemble(const OperatorOptions& options, Problem& problem, Report& report,
+              const std::optional<std::vector<int>>& rows) {
+  AssemblyOptions assembly = assembly_options(options, problem.table);
+  assembly.rows = rows;
   find_neighbours(options, problem, report);
   Stopwatch watch;
   try {
     problem.op = gradpsi::assemble(options.scheme, problem.cloud, problem.near, assembly);
   } catch (const StencilError& error) {
-    throw std::runtime_error(words(error, report) + remedy(options.scheme, problem, assembly));
+    throw StencilError(words(error, report) + remedy(options.scheme, problem, assembly,
+                                                     rows.value_or(std::vector<int>())),
+                       error.point, error.neighbours, error.reciprocal_condition);
   }
   report.seconds.weights = watch.lap();
   describe(problem.op, problem, report);

@@ -57,7 +57,10 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
 void describe(const Operator& op, const Problem& problem, Report& report);
 
 /// Finds the neighbours and assembles the operator.
-void assemble(const OperatorOptions& options, Problem& problem, Report& report);
+/// @param rows  points whose rows are wanted; unset: all
+/// @throws StencilError  for a row that cannot be computed, with what can be done about it
+void assemble(const OperatorOptions& options, Problem& problem, Report& report,
+              const std::optional<std::vector<int>>& rows = {});
 
 /// What the matrices of a scheme are called in terms of the points' own coordinates: components() of points
 /// in a plane of constant y, "xz", are "x" and "z".

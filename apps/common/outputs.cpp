@@ -96,8 +96,8 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
                    const std::vector<path>& files) {
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
-  std::cout << options.scheme << ": " << report.points << " points, " << report.entries
-            << " entries a matrix, "
+  std::cout << options.scheme << ": " << (report.rows ? std::to_string(*report.rows) + " of " : "")
+            << report.points << " points, " << report.entries << " entries a matrix, "
             << (report.degenerate.zero > 0
                     ? count(report.degenerate.zero, "row") + " zero for want of an answer, "
                     : "")

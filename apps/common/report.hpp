@@ -93,7 +93,8 @@ struct Report {
   std::optional<Inspection> inspection;
   std::optional<SolverReport> solver;
   std::optional<Steps> steps;
-  std::optional<WorstRow> worst;  ///< for people alone
+  std::optional<WorstRow> worst;     ///< for people alone
+  std::optional<std::int64_t> rows;  ///< how many were asked for, if not all; for people alone
 };
 std::string json(const Report& report);
 

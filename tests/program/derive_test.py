@@ -51,6 +51,40 @@ class Derive(ProgramTest):
         self.assertIn("there is already a column 'u_x'", error)
         self.assertFalse(self.path("g.csv").exists())
 
+    def fluid_and_walls(self):
+        """A lattice, and beside it one layer of points whose rows have no answer."""
+        x, y = (a.ravel() for a in np.meshgrid(np.arange(0.05, 1, 0.1), np.append(np.arange(0.05, 1, 0.1), -0.15)))
+        return self.write_points({"x": x, "y": y, "T": x * x + 3 * y, "fluid": y > 0, "nowhere": 0 * x})
+
+    def test_only_the_rows_that_are_wanted_are_computed(self):
+        bare = ["derive", self.fluid_and_walls(), "--field", "T", "--scheme", "gradient-direct-soc", "--support", 0.22]
+        error = self.run_program(*bare, "-o", self.path("g.csv"), expect=1)
+        self.assertIn("; --rows COLUMN, a column that is 0 at these points, computes the 100 others", error)
+        self.assertFalse(self.path("g.csv").exists())
+        for policy in [[], ["--on-degenerate", "lower"]]:
+            text = self.run_program(*bare, *policy, "--rows", "fluid", "-o", self.path("g.csv"))
+            self.assertIn("gradient-direct-soc: 100 of 110 points, ", text)
+            g = self.read_csv("g.csv")
+            fluid = g["fluid"] == 1
+            np.testing.assert_allclose(g["T_x"][fluid], 2 * g["x"][fluid], atol=1e-9)
+            np.testing.assert_allclose(g["T_y"][fluid], 3, atol=1e-9)
+            self.assertTrue(np.isnan(g["T_x"][~fluid]).all() and np.isnan(g["T_y"][~fluid]).all())
+        self.run_program(*bare, "--rows", "fluid", "-o", self.path("g.vtu"))
+        np.testing.assert_array_equal(meshio.read(self.path("g.vtu")).point_data["T_x"], g["T_x"])
+
+    def test_wanted_rows_without_an_answer_fail_as_ever(self):
+        points = self.fluid_and_walls()
+        table = self.read_csv("points.csv")
+        isolated = self.write_points({name: np.append(column, 9) for name, column in table.items()}, "isolated.csv")
+        bare = ["--field", "T", "--scheme", "gradient-ls-1", "--support", 0.2, "--on-degenerate", "widen",
+                "-o", self.path("g.csv")]
+        error = self.run_program("derive", isolated, *bare, "--rows", "fluid", expect=1)
+        self.assertIn("1 row of 101 could not be computed and is nan in", error)
+        self.assertIn("; --rows COLUMN, a column that is 0 at this point, computes the 100 others", error)
+        self.assertEqual(np.flatnonzero(np.isnan(self.read_csv("g.csv")["T_x"])).tolist(), [*range(100, 111)])
+        error = self.run_program("derive", points, *bare, "--rows", "nowhere", expect=1)
+        self.assertIn("column 'nowhere' is 0 at all points", error)
+
 
 if __name__ == "__main__":
     unittest.main()
