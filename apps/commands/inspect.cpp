@@ -57,7 +57,8 @@ std::function<void()> declare_inspect(Options& options) {
       "OUT.csv or OUT.vtu: the input's columns and what is known of each row:\n"
       "neighbours, support_used, reciprocal_condition, outcome (0 as asked, 1 lowered,\n"
       "2 widened, 3 zero), degree, amplification, negative_share, residual,\n"
-      "error_bound");
+      "error_bound (times the largest derivative of u of the order above the scheme's\n"
+      "degree; nan in rows that promise less)");
   options.examples(
       "Example: gradpsi inspect points.csv --scheme laplacian-mixed-soc --support-ratio 3 "
       "-o rows.vtu");

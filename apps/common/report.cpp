@@ -61,9 +61,12 @@ Json value(const Inspection::Matrix& matrix) {
 }
 
 Json value(const Inspection::Verdict& verdict) {
-  return {{"grows", verdict.forecast.grows},          {"certain", verdict.forecast.certain},
-          {"point", verdict.forecast.point},          {"rate", verdict.forecast.rate},
-          {"euler_step", finite(verdict.euler_step)}, {"explicit_steps", verdict.explicit_steps},
+  return {{"grows", verdict.growth.grows},
+          {"certain", verdict.growth.certain},
+          {"point", verdict.growth.point},
+          {"rate", verdict.growth.rate},
+          {"euler_step", finite(verdict.euler_step)},
+          {"explicit_steps", verdict.explicit_steps},
           {"implicit_steps", verdict.implicit_steps}};
 }
 

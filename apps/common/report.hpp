@@ -52,7 +52,7 @@ struct Steps {
   SolveReport total = {};
 };
 
-/// How a quantity of the rows is distributed.
+/// How a quantity of the rows is distributed; nan of no rows.
 struct Spread {
   double min = 0, median = 0, max = 0;
   std::int64_t point_of_max = -1;
@@ -65,7 +65,7 @@ struct Inspection {
     MatrixSummary summary;
   };
   struct Verdict {
-    Forecast forecast;
+    Forecast growth;    ///< by the spectrum, if it was asked for
     double euler_step;  ///< dt nu
     std::string explicit_steps, implicit_steps;
   };

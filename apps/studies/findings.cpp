@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gradpsi::apps {
 
@@ -13,11 +14,31 @@ Eigen::VectorXd promised_residuals(const Scheme& scheme, const Operator& op,
   const int q = order(scheme.derivative);
   Eigen::VectorXd worst = Eigen::VectorXd::Zero(rows.residuals.rows());
   for (Eigen::Index i = 0; i < worst.size(); ++i) {
+    if (op.rows.degree[i] < 0) worst[i] = std::numeric_limits<double>::quiet_NaN();
     const double dx = std::pow(op.volumes[i], 1.0 / dimension);
     for (int k = 0; k <= op.rows.degree[i]; ++k)
       worst[i] = std::max(worst[i], rows.residuals(i, k) * std::pow(dx, q - k));
   }
   return worst;
+}
+
+/// Where the conditions hold, error_bound() for fields of which one derivative is known, that of the first
+/// order at which the row may err.
+Eigen::VectorXd bounds(const Scheme& scheme, const Operator& op, const RowDiagnosis& rows) {
+  const int P = degree(scheme);
+  Eigen::VectorXd bounds = rows.remainders.col(P + 1);
+  for (Eigen::Index i = 0; i < bounds.size(); ++i)
+    if (op.rows.degree[i] < std::max(P, order(scheme.derivative)))
+      bounds[i] = std::numeric_limits<double>::quiet_NaN();
+  return bounds;
+}
+
+/// What eigenvalues say of growth, and where a forecast has seen it.
+Forecast growth(const Spectrum& spectrum, const Forecast& forecast) {
+  Forecast result{.grows = spectrum.grows(), .certain = spectrum.complete};
+  result.rate = spectrum.rightmost();
+  if (result.grows && forecast.grows) result.point = forecast.point;
+  return result;
 }
 
 /// As the options that say supports in spacings have it; a single point's is that of its volume.
@@ -37,25 +58,33 @@ Findings examine(const Scheme& scheme, const Problem& problem, const std::vector
   const int d = problem.cloud.dimension();
   Findings f(scheme, diagnose(scheme, problem.cloud, op, threads));
   f.residual = promised_residuals(f.scheme, op, f.rows, d);
+  f.error_bound = bounds(f.scheme, op, f.rows);
   set_spacing(problem.cloud, op, threads, f);
   f.evolving = evolving;
   if (!f.laplacian()) return f;
   const auto A = principal_part(op.matrix(), f.evolving);
   const Eigen::VectorXd volumes = op.volumes(f.evolving);
   f.matrix = summarise(A, volumes);
-  f.forecast = forecast(problem.cloud, op.matrix(), f.evolving, op.volumes);
-  if (spectrum) f.spectrum = gradpsi::spectrum(A, volumes, 2000, threads);
+  f.growth = forecast(problem.cloud, op.matrix(), f.evolving, op.volumes);
+  if (spectrum) {
+    f.spectrum = gradpsi::spectrum(A, volumes, 2000, threads);
+    f.growth = growth(*f.spectrum, f.growth);
+  }
   return f;
 }
 
-Distribution::Distribution(const Eigen::VectorXd& of) : values(of.begin(), of.end()) {
-  if (of.size() > 0) of.maxCoeff(&largest_at);
-  if (of.size() > 0) of.minCoeff(&least_at);
+Distribution::Distribution(const Eigen::VectorXd& of) {
+  for (Eigen::Index i = 0; i < of.size(); ++i) {
+    if (std::isnan(of[i])) continue;
+    values.push_back(of[i]);
+    if (largest_at < 0 || of[i] > of[largest_at]) largest_at = i;
+    if (least_at < 0 || of[i] < of[least_at]) least_at = i;
+  }
   std::ranges::sort(values);
 }
 
 double Distribution::quantile(double share) const {
-  if (values.empty()) return 0;
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
@@ -77,7 +106,7 @@ void add_columns(Table& table, const RowReport& rows, const Findings& f) {
   table.add("amplification", f.rows.amplification);
   table.add("negative_share", f.rows.negative_share);
   table.add("residual", f.residual);
-  table.add("error_bound", f.error_bound());
+  table.add("error_bound", f.error_bound);
 }
 
 }  // namespace gradpsi::apps

@@ -16,19 +16,21 @@ struct Findings {
 
   Scheme scheme;
   RowDiagnosis rows;
-  Eigen::VectorXd residual;   // per row, the largest of a promised condition, free of scale
+  // Per row, the largest of a promised condition, free of scale; nan in zero rows.
+  Eigen::VectorXd residual;
+  // Per row, what error_bound() gives in units of the largest derivative of u of the order above the
+  // scheme's degree; nan in rows that promise less, or less than a derivative of this order takes.
+  Eigen::VectorXd error_bound;
   std::vector<int> evolving;  // points that are not fixed
   double spacing = 0;         // the usual one
   Eigen::VectorXd spacings;   // one for all, or one a point: local_spacing()
   // Of a Laplacian's evolving rows and columns:
   MatrixSummary matrix;
-  Forecast forecast;
+  Forecast growth;  // what the spectrum says, if it was asked for
   std::optional<Spectrum> spectrum;
 
   bool laplacian() const { return scheme.derivative == Derivative::Laplacian; }
   double unit() const { return spacing * spacing; }
-  /// Of each row, times the largest derivative of the order that the scheme does not reach.
-  Eigen::VectorXd error_bound() const { return rows.remainders.col(rows.remainders.cols() - 3); }
 };
 
 /// @param evolving  points that are not fixed
@@ -36,12 +38,12 @@ struct Findings {
 Findings examine(const Scheme& scheme, const Problem& problem, const std::vector<int>& evolving,
                  bool spectrum, int threads);
 
-/// A quantity of the rows, sorted.
+/// A quantity of the rows, sorted; rows in which it is nan do not count.
 struct Distribution {
   explicit Distribution(const Eigen::VectorXd& values);
-  double quantile(double share) const;
+  double quantile(double share) const;  // nan of none
   std::vector<double> values;
-  Eigen::Index largest_at = 0, least_at = 0;
+  Eigen::Index largest_at = -1, least_at = -1;
 };
 
 /// "point 7 (0.5, 0.25)"

@@ -16,6 +16,16 @@ void line(const std::string& label, const Parts&... parts) {
   (std::cout << ... << parts) << '\n';
 }
 
+void print_bound(const Problem& problem, const Findings& f) {
+  const Distribution bound(f.error_bound);
+  const auto without = f.error_bound.size() - std::ssize(bound.values);
+  if (bound.values.empty()) return line("error at most", "no row has a bound");
+  line("error at most", text(bound.quantile(0.5)), " (median), ", text(bound.quantile(1)),
+       " (worst, ", at(problem, bound.largest_at), ")");
+  line("", "times the largest derivative of u of order ", degree(f.scheme) + 1,
+       without > 0 ? "; " + count(without, "row") + " without a bound" : "");
+}
+
 void print_rows(const Problem& problem, const Findings& f, const Report& report) {
   const auto& rows = problem.op.rows;
   std::cout << name(f.scheme) << ": " << count(problem.cloud.size(), "point") << " in "
@@ -45,12 +55,11 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
        at(problem, amplification.largest_at));
   if (f.laplacian()) line("negative weights", text(100 * f.rows.negative_share.mean()), " %");
   const Distribution residual(f.residual);
-  line("conditions met to", text(residual.quantile(1)), " at worst (", conditions(f.scheme), ")");
-  if (const int P = degree(f.scheme); P >= order(f.scheme.derivative)) {
-    const Distribution bound(f.rows.remainders.col(P + 1));
-    line("error at most", text(bound.quantile(0.5)), " (median), ", text(bound.quantile(1)),
-         " (worst, ", at(problem, bound.largest_at), ")");
-    line("", "times the largest derivative of u of order ", P + 1);
+  line("conditions met",
+       residual.values.empty() ? "by no row" : "to " + text(residual.quantile(1)) + " at worst",
+       " (", conditions(f.scheme), ")");
+  if (degree(f.scheme) >= order(f.scheme.derivative)) {
+    print_bound(problem, f);
   } else {
     const Distribution off(f.rows.residuals.col(order(f.scheme.derivative)));
     line("not promised", f.laplacian() ? "sum psi r r = 2 I [10]" : "sum G r = I [4]", ": off by ",
@@ -60,9 +69,6 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
 
 void print_matrix(const Findings& f) {
   const auto& m = f.matrix;
-  const auto steps = [&](double size) {
-    return text(size) + " = " + text(size / f.unit()) + " dx^2";
-  };
   std::cout << "matrix of the " << count(f.evolving.size(), "point") << " that evolve\n";
   line("symmetric by volumes", yes_no(m.symmetric), "; diagonally dominant: ", yes_no(m.dominant),
        "; minus it an M-matrix: ", yes_no(m.m_matrix), "; bandwidth ", m.bandwidth);
@@ -73,17 +79,6 @@ void print_matrix(const Findings& f) {
   line("computed", s.complete ? "all" : "the outermost", ": real parts in [",
        text(s.leftmost() * f.unit()), ", ", text(s.rightmost() * f.unit()),
        "] / dx^2, imaginary parts up to ", text(s.widest() * f.unit()), " / dx^2");
-  const double euler = largest_stable_step(s, Stepper::Euler),
-               rk4 = largest_stable_step(s, Stepper::RungeKutta4);
-  line("", "explicit steps: ",
-       euler == 0 ? std::string("neither Euler nor RK4 is stable, whatever the step")
-                  : "dt nu up to " + steps(euler) + " with Euler, " + steps(rk4) + " with RK4");
-  const auto singular = singular_steps(s);
-  if (singular.empty())
-    line("", "implicit steps: I - dt nu Psi is regular at any dt");
-  else
-    line("", "implicit steps: I - dt nu Psi is singular at dt nu = ", steps(singular.front()),
-         singular.size() > 1 ? " and " + count(std::ssize(singular) - 1, "larger one") : "");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "studies/verdict.hpp"
 
 #include <algorithm>
+#include <complex>
 #include <limits>
 
 namespace gradpsi::apps {
@@ -9,8 +10,10 @@ namespace {
 
 constexpr double suspect = 100;  // amplification
 
-std::string sureness(const Forecast& forecast) {
-  return forecast.certain ? "certainly" : "by the look of the worst rows";
+std::string sureness(const Findings& f) {
+  if (f.spectrum)
+    return f.spectrum->complete ? "by all eigenvalues" : "by the outermost eigenvalues";
+  return f.growth.certain ? "certainly" : "by the look of the worst rows";
 }
 
 /// Rows of points that evolve, by which they would not.
@@ -23,15 +26,40 @@ std::string still(std::ptrdiff_t zero) {
   return "not fit: " + count(zero, "row") + " of points that evolve could not be computed";
 }
 
-/// dt nu up to which explicit Euler steps are stable, for real eigenvalues; 0 if none are.
-double euler_step(const RowReport& rows, const Findings& f) {
-  if (f.forecast.grows || zero_among_evolving(rows, f) > 0) return 0;
-  return f.matrix.leftmost < 0 ? -2 / f.matrix.leftmost : std::numeric_limits<double>::infinity();
+/// dt nu up to which explicit steps are stable, 0 if none are: without a spectrum by Gershgorin, for real
+/// eigenvalues.
+double explicit_step(const RowReport& rows, const Findings& f, Stepper stepper) {
+  constexpr double euler_end = 2,
+                   rk4_end = 2.785293563405282;  // of the stable part of the real axis
+  if (f.growth.grows || zero_among_evolving(rows, f) > 0) return 0;
+  if (f.spectrum) return largest_stable_step(*f.spectrum, stepper);
+  if (f.matrix.leftmost >= 0) return std::numeric_limits<double>::infinity();
+  return (stepper == Stepper::Euler ? euler_end : rk4_end) / -f.matrix.leftmost;
+}
+
+/// dt nu below which backward Euler lets a field grow: |1 - dt nu lambda| < 1.
+double growth_below(const Spectrum& s) {
+  double step = 0;
+  for (const std::complex<double>& lambda : s.values)
+    if (lambda.real() > s.zero) step = std::max(step, 2 * lambda.real() / std::norm(lambda));
+  return step;
+}
+
+std::string growing_implicit_steps(const Findings& f) {
+  if (!f.spectrum)
+    return "not fit: I - dt nu Psi turns singular near dt nu = " + text(1 / f.growth.rate) +
+           ", and grows below";
+  std::string result = "not fit: fields grow with dt nu below " + text(growth_below(*f.spectrum));
+  const auto singular = singular_steps(*f.spectrum);
+  if (singular.empty()) return result;
+  result += "; I - dt nu Psi is singular at dt nu = " + text(singular.front());
+  if (singular.size() > 1) result += " and " + count(std::ssize(singular) - 1, "larger one");
+  return result;
 }
 
 Spread spread(const Eigen::VectorXd& values) {
   const Distribution d(values);
-  return {d.quantile(0), d.quantile(0.5), d.quantile(1), d.values.empty() ? -1 : d.largest_at};
+  return {d.quantile(0), d.quantile(0.5), d.quantile(1), d.largest_at};
 }
 
 }  // namespace
@@ -59,21 +87,22 @@ std::string on_derivatives(const Findings& f, const RowReport& rows) {
 
 std::string on_explicit_steps(const Problem& problem, const Findings& f) {
   if (const auto zero = zero_among_evolving(problem.op.rows, f)) return still(zero);
-  if (f.forecast.grows)
-    return "not fit: fields grow, " + sureness(f.forecast) + ", fastest at " +
-           at(problem, f.forecast.point) + ", at a rate of " + text(f.forecast.rate * f.unit()) +
-           " / dx^2";
-  const double step = euler_step(problem.op.rows, f);
-  return "fit up to dt nu = " + text(step) + " = " + text(step / f.unit()) +
-         " dx^2 with Euler, 1.39 times that with RK4 (" + sureness(f.forecast) + ")";
+  if (f.growth.grows)
+    return "not fit: fields grow, " + sureness(f) +
+           (f.growth.point >= 0 ? ", fastest at " + at(problem, f.growth.point) : "") +
+           ", at a rate of " + text(f.growth.rate * f.unit()) + " / dx^2";
+  const auto step = [&](Stepper stepper) {
+    const double size = explicit_step(problem.op.rows, f, stepper);
+    return text(size) + " = " + text(size / f.unit()) + " dx^2";
+  };
+  return "fit up to dt nu = " + step(Stepper::Euler) + " with Euler, " +
+         step(Stepper::RungeKutta4) + " with RK4 (" + sureness(f) + ")";
 }
 
 std::string on_implicit_steps(const Problem& problem, const Findings& f) {
   if (const auto zero = zero_among_evolving(problem.op.rows, f)) return still(zero);
+  if (f.growth.grows) return growing_implicit_steps(f);
   const std::string solver = f.matrix.symmetric ? "Cholesky" : "LU or BiCGSTAB";
-  if (f.forecast.grows)
-    return "not fit: I - dt nu Psi turns singular near dt nu = " + text(1 / f.forecast.rate) +
-           ", and grows below";
   return "fit with " + solver + ", any dt" +
          (f.matrix.m_matrix ? "; no new maxima with backward Euler" : "");
 }
@@ -86,12 +115,12 @@ Inspection inspection(const Problem& problem, const Findings& f) {
                     .amplification = spread(f.rows.amplification),
                     .negative_share = spread(f.rows.negative_share),
                     .residual = spread(f.residual),
-                    .error_bound = spread(f.error_bound()),
+                    .error_bound = spread(f.error_bound),
                     .derivatives = on_derivatives(f, rows)};
   if (!f.laplacian()) return result;
   result.matrix = {std::ssize(f.evolving), f.matrix};
-  result.verdict = {f.forecast, euler_step(problem.op.rows, f), on_explicit_steps(problem, f),
-                    on_implicit_steps(problem, f)};
+  result.verdict = {f.growth, explicit_step(problem.op.rows, f, Stepper::Euler),
+                    on_explicit_steps(problem, f), on_implicit_steps(problem, f)};
   result.spectrum = f.spectrum;
   return result;
 }

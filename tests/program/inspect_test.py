@@ -30,6 +30,27 @@ class Inspect(ProgramTest):
             self.assertEqual(len(t["x"]), 196)
         self.run_program("inspect", points, "--scheme", "gradient-ls-3")
 
+    def test_error_bounds_are_bounds_or_nan(self):
+        """A cubic's error is its third derivatives times the bound at most; rows that promise less have none."""
+        points = self.square(12, T=lambda x, y: x**3)
+        for scheme, support, policy in [("laplacian-mixed-soc-ls", 0.25, "fail"), ("laplacian-mixed-soc-ls", 0.14, "lower"),
+                                        ("laplacian-mixed-soc-ls", 0.12, "zero"), ("laplacian-mixed-zoc", 0.25, "fail"),
+                                        ("laplacian-positive", 0.25, "zero")]:
+            common = [points, "--scheme", scheme, "--support", support, "--on-degenerate", policy]
+            text = self.run_program("inspect", *common, "-o", self.path("i.csv"), "--report", self.path("r.json"))
+            rows = self.read_csv("i.csv")
+            self.run_program("derive", *common, "--field", "T", "-o", self.path("d.csv"))
+            error = np.abs(self.read_csv("d.csv")["lap_T"] - 6 * rows["x"])
+            has_bound = rows["degree"] >= 2
+            np.testing.assert_array_equal(np.isnan(rows["error_bound"]), ~has_bound)
+            self.assertTrue((error <= 6 * rows["error_bound"] + 1e-11)[has_bound].all())
+            spread = json.loads(self.path("r.json").read_text())["inspection"]["error_bound"]
+            if has_bound.any():
+                self.assertEqual(spread["max"], np.nanmax(rows["error_bound"]))
+                self.assertEqual(f"; {np.sum(~has_bound)} row" in text, not has_bound.all())
+            else:
+                self.assertIsNone(spread["max"])
+
     def test_eigenvalues_are_those_of_the_written_matrix(self):
         points = self.square(10)
         common = [points, "--scheme", "laplacian-direct-zoc", "--support", 0.3]
