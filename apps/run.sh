@@ -99,18 +99,17 @@ heat() {
   local out=$results/heat_$1.csv
   if ! $gradpsi diffuse $results/heat_start.csv --field T --scheme "$1" --support-ratio 3 \
     --fixed ends "${@:2}" -o "$out" >$results/heat.log 2>&1; then
-    sed 's/^/  /' $results/heat.log
+    fold -s -w 110 $results/heat.log | sed 's/^/  /'
     return
   fi
   sed -n '/was in/,/picture/ {/picture/!p}' $results/heat.log | sed 's/^ */  /'
   awk -F, 'NR == 1 {next}
     $1 > 0.299 && ($1 < 0.351 || $1 > 0.449) && $5 == 0 {
-      e = $4 - (2.449 + $2) / 0.348; if (e > 1e9 || e < -1e9) {wild = 1; exit}
+      e = $4 - (2.449 + $2) / 0.348
       sum += e^2; ++n; if (e^2 > worst) worst = e^2
     }
     ($1 + 0.1)^2 + ($2 + 2.275)^2 < 0.02^2 {centre += $4; ++m}
-    END {if (wild) print "  nothing of the solution is left"
-      else printf "  bars of the H: error %.4f rms, %.4f at most; centre of the S: %.3f\n",
+    END {printf "  bars of the H: error %.4f rms, %.4f at most; centre of the S: %.3f\n",
       sqrt(sum / n), sqrt(worst), centre / m}' "$out"
 }
 heat laplacian-mixed-zoc --steady

@@ -7,6 +7,7 @@
 
 #include "common/diffusion.hpp"
 #include "common/outputs.hpp"
+#include "common/steps.hpp"
 #include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
@@ -64,6 +65,8 @@ void run(const DiffuseOptions& options, Machine& machine) {
   Eigen::VectorXd u = column(machine, options.field);
   const Range before = range(machine, u);
   const Diffusion heat = diffusion(options, machine, report);
+  if (machine.is_first())
+    for (const std::string& remark : heat.remarks) std::cout << remark << '\n';
 
   Series series(options, machine);
   const auto keep = [&](int step) {

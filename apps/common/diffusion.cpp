@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iostream>
 #include <limits>
-#include <optional>
 #include <utility>
 
-#include "common/progress.hpp"
 #include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
@@ -94,7 +91,7 @@ const std::string remaining_walls = "gradient-direct-foc";
 
 /// n . grad u = flux: the gradients at the walls' points.
 void add_gradient(const DiffuseOptions& options, const std::string& scheme, Machine& machine,
-                  WallConditions& walls, Report& report) {
+                  WallConditions& walls, Report& report, std::vector<std::string>& remarks) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
   if (count == 0) return;
   AssemblyOptions assembly = assembly_options(options, machine.table());
@@ -107,9 +104,9 @@ void add_gradient(const DiffuseOptions& options, const std::string& scheme, Mach
   }
   const std::int64_t degenerate = machine.sum(gradient.rows.degenerate());
   report.degenerate_rows += degenerate;
-  if (degenerate > 0 && machine.is_first())
-    std::cout << scheme << ": " << degenerate << " of " << count
-              << " rows of wall points are degenerate and lowered, widened or zero\n";
+  if (degenerate > 0)
+    remarks.push_back(scheme + ": " + std::to_string(degenerate) + " of " + std::to_string(count) +
+                      " rows of wall points are degenerate and lowered, widened or zero");
   walls.gradient = std::move(gradient.axes);
 }
 
@@ -117,7 +114,8 @@ void add_gradient(const DiffuseOptions& options, const std::string& scheme, Mach
 /// that remain.
 /// @return  what the flux adds to lap u
 Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
-                              WallConditions& walls, Operator& laplacian) {
+                              WallConditions& walls, Operator& laplacian,
+                              std::vector<std::string>& remarks) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
   if (count == 0) return Eigen::VectorXd::Zero(machine.cloud().size());
   WithWalls result = machine.with_walls(std::move(laplacian),
@@ -127,10 +125,10 @@ Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
            .normals = result.remaining.normals,
            .flux = result.remaining.flux};
   const std::int64_t remaining = machine.sum(std::ssize(walls.points));
-  if (remaining > 0 && machine.is_first())
-    std::cout << remaining << " of " << count
-              << " walls have their neighbours to one side of the normal: " << remaining_walls
-              << " is taken there\n";
+  if (remaining > 0)
+    remarks.push_back(std::to_string(remaining) + " of " + std::to_string(count) +
+                      " walls have their neighbours to one side of the normal: " + remaining_walls +
+                      " is taken there");
   return result.source;
 }
 
@@ -146,13 +144,40 @@ double steepest_row(const Machine& machine, const Operator& laplacian,
   return machine.largest(result);
 }
 
-}  // namespace
+double largest_size(const Machine& machine, const DenseVector& values) {
+  return machine.largest(values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0);
+}
 
-Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& report) {
-  BoundaryConditions conditions;
+/// The time that a step takes, or in the steady state, about, what crosses the points.
+double time_of(const DiffusionOptions& how, const Machine& machine, const Eigen::VectorXd& kappa) {
+  if (std::isfinite(how.time_step)) return how.time_step;
+  const Extent own = extent(machine.cloud());
+  double squared = 0;
+  for (int a = 0; a < machine.cloud().dimension(); ++a)
+    squared += std::pow(machine.largest(own.most[a]) - machine.least(own.least[a]), 2);
+  const double slowest = kappa.size() > 0 ? kappa.minCoeff() : std::numeric_limits<double>::max();
+  return squared / (how.diffusivity * machine.least(slowest));
+}
+
+/// See Diffusion::drift. Rows without negative weights keep to it.
+double drift(const DiffusionOptions& how, const Machine& machine, const WallConditions& walls,
+             double time) {
+  if (largest_size(machine, walls.flux) > 0) return std::numeric_limits<double>::infinity();
+  const double source = largest_size(machine, how.source);
+  return source > 0 ? source * time : 0;
+}
+
+BoundaryConditions conditions_of(const DiffuseOptions& options, const Machine& machine) {
+  BoundaryConditions result;
   machine.together(
-      [&] { conditions = boundary(options, machine.table(), machine.cloud(), machine.axes()); });
-  machine.find_neighbours(options, report);
+      [&] { result = boundary(options, machine.table(), machine.cloud(), machine.axes()); });
+  return result;
+}
+
+/// The system, once neighbours are known.
+Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryConditions conditions,
+                 Report& report) {
+  std::vector<std::string> remarks;
   conditions.fixed.points = machine.places(std::move(conditions.fixed.points));
   conditions.walls.points = machine.places(std::move(conditions.walls.points));
   // Rows that conditions take the place of need not be there.
@@ -161,97 +186,41 @@ Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& rep
   Operator op = laplacian(options, machine, unused, report);
   Eigen::VectorXd from_walls = Eigen::VectorXd::Zero(machine.cloud().size());
   if (options.gradient == positive_walls)
-    from_walls = take_up_walls(options, machine, conditions.walls, op);
+    from_walls = take_up_walls(options, machine, conditions.walls, op, remarks);
   machine.describe(op, report);
   add_gradient(options, options.gradient == positive_walls ? remaining_walls : options.gradient,
-               machine, conditions.walls, report);
+               machine, conditions.walls, report, remarks);
+  Eigen::VectorXd kappa = Eigen::VectorXd::Ones(from_walls.size());
   if (!options.conductivity.empty()) {
-    const Eigen::VectorXd kappa = column(machine, options.conductivity);
+    kappa = column(machine, options.conductivity);
     op = machine.with_conductivity(std::move(op), kappa,
                                    options.mean == "harmonic" ? Mean::Harmonic : Mean::Arithmetic);
     from_walls.array() *= kappa.array();
   }
   DiffusionOptions how;
   machine.together([&] { how = equation(options, machine.table(), machine.cloud()); });
-  if (!from_walls.isZero(0)) {
+  if (largest_size(machine, from_walls) > 0) {
     if (how.source.size() == 0) how.source = DenseVector::Zero(from_walls.size());
     how.source += how.diffusivity * from_walls;
   }
   const double steepest = how.theta < 1 ? steepest_row(machine, op, conditions.fixed.points) : 0;
   Diffusion result = machine.diffusion(std::move(op), conditions, how);
   result.gentle_step = 1 / ((1 - how.theta) * how.diffusivity * steepest);
+  result.drift = drift(how, machine, conditions.walls, time_of(how, machine, kappa));
+  result.remarks = std::move(remarks);
   return result;
-}
-
-Steps make_steps(const DiffuseOptions& options, const Machine& machine, const Diffusion& heat,
-                 Eigen::VectorXd& u, const std::function<void(int)>& done) {
-  Steps steps{options.steady ? 1 : *options.steps};
-  std::optional<Progress> progress;
-  if (machine.is_first()) progress.emplace("steps");
-  const auto size = [&](const Eigen::VectorXd& field) {
-    return machine.largest(field.size() > 0 ? field.cwiseAbs().maxCoeff() : 0);
-  };
-  const double initially = size(u);
-  for (int step = 1; step <= steps.count; ++step) {
-    try {
-      const SolveReport report = heat.step(u);
-      steps.total.residual = std::max(steps.total.residual, report.residual);
-      steps.total.iterations += report.iterations;
-      steps.total.seconds += report.seconds;
-    } catch (const SolverError& error) {
-      if (options.steady) throw;
-      std::string message = "step " + std::to_string(step) + ": " + error.what();
-      if (const double now = size(u); initially > 0 && now > 1e10 * initially)
-        message += "; the field had grown from " + text(initially) + " to " + text(now) +
-                   ": this scheme is unstable on these points";
-      throw std::runtime_error(message);
-    }
-    done(step);
-    if (progress) progress->show(step, steps.count);
-  }
-  return steps;
-}
-
-Range range(const Machine& machine, const Eigen::VectorXd& u) {
-  if (machine.sum(u.size()) == 0) return {0, 0};
-  constexpr double none = std::numeric_limits<double>::max();
-  return {machine.least(u.size() > 0 ? u.minCoeff() : none),
-          machine.largest(u.size() > 0 ? u.maxCoeff() : -none)};
-}
-
-namespace {
-
-std::ostream& operator<<(std::ostream& out, const Range& range) {
-  return out << '[' << range.least << ", " << range.most << ']';
-}
-
-/// Whether the field has left its range by more than rounding.
-bool left(const Range& before, const Range& after) {
-  const double margin = 0.01 * (before.most - before.least) +
-                        1e-9 * std::max(std::abs(before.least), std::abs(before.most));
-  return after.least < before.least - margin || after.most > before.most + margin;
 }
 
 }  // namespace
 
-void print_solution(const DiffuseOptions& options, const SolverReport& solver, const Steps& steps,
-                    const Range& before, const Range& after, double gentle_step) {
-  std::cout << "solved by " << solver.description << ":\n  " << solver.reason << '\n'
-            << (options.steady ? "steady" : "steps: " + std::to_string(steps.count)) << ", "
-            << (solver.method == Method::Krylov ? "iterations: " : "refinements: ")
-            << steps.total.iterations << ", largest relative residual "
-            << text(steps.total.residual) << '\n'
-            << options.field << " was in " << before << ", is in " << after << '\n';
-  if (!options.source.empty() || !options.flux.empty() || !left(before, after)) return;
-  if (!options.steady && options.theta < 1)
-    std::cout << "  diffusion alone never leaves the range it started from: Crank-Nicolson "
-                 "overshoots from "
-                 "jumps at this\n  step; --theta 1 does not, nor do steps up to "
-              << text(gentle_step) << " where no weight is negative\n";
-  else
-    std::cout
-        << "  diffusion alone never leaves the range it started from: on these points the scheme, "
-           "or that of\n  the walls' gradient, does not approximate it\n";
+Diffusion diffusion(const DiffuseOptions& options, Machine& machine, Report& report) {
+  BoundaryConditions conditions = conditions_of(options, machine);
+  machine.find_neighbours(options, report);
+  return set_up(options, machine, std::move(conditions), report);
+}
+
+Diffusion diffusion_again(const DiffuseOptions& options, Machine& machine, Report& report) {
+  return set_up(options, machine, conditions_of(options, machine), report);
 }
 
 }  // namespace gradpsi::apps

@@ -17,6 +17,10 @@ struct Diffusion {
   std::function<SolverReport()> solver;
   /// The largest time step with which the theta method cannot overshoot: where no weight is negative.
   double gentle_step = 0;
+  /// How far sources and walls can move the field in a step, or in the steady state; infinity: not known.
+  double drift = 0;
+  /// What there is to say of the walls' rows.
+  std::vector<std::string> remarks = {};
 };
 
 /// The stages of a command, as one process or several that share the points take them. All processes call all
@@ -57,7 +61,9 @@ class Machine {
   virtual WithWalls with_walls(Operator laplacian, const FluxWalls& walls, int threads) = 0;
   virtual Operator with_conductivity(Operator laplacian, const Eigen::VectorXd& conductivity,
                                      Mean mean) = 0;
-  /// The last stage: neighbours are not needed any more.
+  /// Whether the neighbours are still there after diffusion().
+  virtual bool keeps_neighbours() const = 0;
+  /// The last stage.
   virtual Diffusion diffusion(Operator laplacian, const BoundaryConditions& conditions,
                               const DiffusionOptions& options) = 0;
 

@@ -43,6 +43,7 @@ class OneProcess : public Machine {
                              Mean mean) override {
     return gradpsi::with_conductivity(std::move(laplacian), conductivity, mean);
   }
+  bool keeps_neighbours() const override { return true; }
   Diffusion diffusion(Operator laplacian, const BoundaryConditions& conditions,
                       const DiffusionOptions& options) override {
     const auto heat = std::make_shared<ImplicitDiffusion>(problem_.cloud, std::move(laplacian),

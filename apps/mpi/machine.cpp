@@ -110,6 +110,7 @@ class SeveralProcesses : public Machine {
                              Mean mean) override {
     return petsc::with_conductivity(std::move(laplacian), *mine_, conductivity, mean);
   }
+  bool keeps_neighbours() const override { return false; }  // their memory is needed
   Diffusion diffusion(Operator laplacian, const BoundaryConditions& conditions,
                       const DiffusionOptions& options) override {
     near_ = {};
