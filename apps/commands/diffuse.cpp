@@ -62,8 +62,9 @@ void run(const DiffuseOptions& options, Machine& machine) {
   check_outputs(options, files);
   Report report;
   machine.read(options, report);
-  Eigen::VectorXd u = column(machine, options.field);
-  const Range before = range(machine, u);
+  const Eigen::VectorXd start = column(machine, options.field);
+  const Range before = range(machine, start);
+  Eigen::VectorXd u = start;
   const Diffusion heat = diffusion(options, machine, report);
   if (machine.is_first())
     for (const std::string& remark : heat.remarks) std::cout << remark << '\n';
@@ -73,7 +74,7 @@ void run(const DiffuseOptions& options, Machine& machine) {
     if (options.keeps(step)) series.write(machine.table_with(options.field, u), step);
   };
   keep(0);
-  report.steps = make_steps(options, machine, heat, u, keep);
+  report.steps = make_steps(options, machine, heat, start, u, keep);
   report.solver = heat.solver();
 
   Stopwatch watch;
@@ -83,10 +84,11 @@ void run(const DiffuseOptions& options, Machine& machine) {
   write_report(options, machine, report);
   const bool drawn = machine.draw(picture, table, options.field, options.title());
   const Range after = range(machine, u);
+  const std::string note = range_note(options, machine, heat, start, after);
   if (!machine.is_first() ||
       !print_summary(options, report, machine.table().has("support"), {result}))
     return;
-  print_solution(options, *report.solver, *report.steps, before, after, heat.gentle_step);
+  print_solution(options, *report.solver, *report.steps, before, after, note);
   if (drawn)
     std::cout << "picture: " << picture.string() << '\n';
   else

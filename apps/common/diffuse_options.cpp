@@ -30,6 +30,8 @@ std::string DiffuseOptions::title() const {
 void DiffuseOptions::check() const {
   if (!steady && (!time_step || !steps))
     throw BadUsage("diffuse", "needs --time-step and --steps, or --steady");
+  if (damped_start && !steady && theta != 0.5)
+    throw BadUsage("diffuse", "--damped-start needs --theta 0.5");
   if (Scheme(scheme).derivative != Derivative::Laplacian)
     throw InvalidInput(scheme + " is not a Laplacian");
   for (const char* taken : {"x", "y", "z", "volume", "support"})
@@ -58,9 +60,13 @@ Option DiffuseOptions::declare_steps(Options& options) {
         const double value = std::strtod(given.c_str(), nullptr);
         return value == 1 || value == 0.5 ? "" : "must be 1 or 0.5, not " + given;
       });
+  options.flag("--damped-start", damped_start,
+               "With --theta 0.5: the first step is two of half the length by backward Euler, so\n"
+               "that it does not overshoot from jumps; the order remains 2 (Rannacher)");
   return options.flag(
       "--steady", steady,
-      "Solve -nu lap u = f in one go; --time-step, --steps and --theta do not count then");
+      "Solve -nu lap u = f in one go; --time-step, --steps, --theta and --damped-start do not\n"
+      "count then");
 }
 
 void DiffuseOptions::declare_conditions(Options& options) {

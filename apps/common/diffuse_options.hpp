@@ -19,6 +19,7 @@ struct DiffuseOptions : OperatorOptions {
   std::optional<int> steps;
   bool steady = false;
   double theta = 1;
+  bool damped_start = false;
   std::string fixed, normal, flux, gradient = std::string(positive_walls);
   std::string conductivity, mean = "arithmetic";
   std::string source;

@@ -14,6 +14,8 @@ namespace gradpsi::apps {
 /// Implicit steps: step(u) replaces u by that of the next time.
 struct Diffusion {
   std::function<SolveReport(Eigen::VectorXd& u)> step;
+  /// In place of the first: ImplicitDiffusion::damped_step().
+  std::function<SolveReport(Eigen::VectorXd& u)> damped_step;
   std::function<SolverReport()> solver;
   /// The largest time step with which the theta method cannot overshoot: where no weight is negative.
   double gentle_step = 0;

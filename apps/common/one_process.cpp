@@ -49,6 +49,7 @@ class OneProcess : public Machine {
     const auto heat = std::make_shared<ImplicitDiffusion>(problem_.cloud, std::move(laplacian),
                                                           conditions, options);
     return {[heat](Eigen::VectorXd& u) { return heat->step(u); },
+            [heat](Eigen::VectorXd& u) { return heat->damped_step(u); },
             [heat] { return heat->solver(); }};
   }
 

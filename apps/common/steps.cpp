@@ -28,6 +28,13 @@ std::string field_after(const DiffuseOptions& options, int step) {
                         : "step " + std::to_string(step) + ": " + options.field;
 }
 
+/// Replaces u by that of the next time.
+SolveReport advance(const DiffuseOptions& options, const Diffusion& heat, int step,
+                    Eigen::VectorXd& u) {
+  const bool damped = options.damped_start && !options.steady && step == 1;
+  return damped ? heat.damped_step(u) : heat.step(u);
+}
+
 /// Other options with which the field may not grow, and how they are spelt.
 struct WayOut {
   DiffuseOptions options;
@@ -64,7 +71,7 @@ bool goes_well(const DiffuseOptions& options, Machine& machine, Eigen::VectorXd 
     const Diffusion heat = diffusion_again(options, machine, unread);
     GrowthWatch watch(machine, u, heat.drift);
     for (int step = 1; step <= steps; ++step) {
-      heat.step(u);
+      advance(options, heat, step, u);
       watch.look(field_after(options, step), u);
     }
     return true;
@@ -86,15 +93,16 @@ std::string advice(const DiffuseOptions& options, Machine& machine, const Eigen:
 }  // namespace
 
 Steps make_steps(const DiffuseOptions& options, Machine& machine, const Diffusion& heat,
-                 Eigen::VectorXd& u, const std::function<void(int)>& done) {
+                 const Eigen::VectorXd& start, Eigen::VectorXd& u,
+                 const std::function<void(int)>& done) {
+  u = start;
   Steps steps{options.steady ? 1 : *options.steps};
-  const Eigen::VectorXd start = u;
   GrowthWatch watch(machine, u, heat.drift);
   std::optional<Progress> progress;
   if (machine.is_first()) progress.emplace("steps");
   for (int step = 1; step <= steps.count; ++step) {
     try {
-      const SolveReport report = heat.step(u);
+      const SolveReport report = advance(options, heat, step, u);
       steps.total.residual = std::max(steps.total.residual, report.residual);
       steps.total.iterations += report.iterations;
       steps.total.seconds += report.seconds;
@@ -124,26 +132,46 @@ bool left(const Range& before, const Range& after) {
   return after.least < before.least - margin || after.most > before.most + margin;
 }
 
+/// Whether the field stays within its range with --damped-start, in the steps in which it would leave it most.
+bool damping_helps(DiffuseOptions options, Machine& machine, const Diffusion& heat,
+                   Eigen::VectorXd u) {
+  constexpr int tried = 20;
+  options.damped_start = true;
+  const Range before = range(machine, u);
+  for (int step = 1; step <= std::min(tried, *options.steps); ++step) {
+    advance(options, heat, step, u);
+    if (left(before, range(machine, u))) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
+std::string range_note(const DiffuseOptions& options, Machine& machine, const Diffusion& heat,
+                       const Eigen::VectorXd& start, const Range& after) {
+  const Range before = range(machine, start);
+  if (heat.drift != 0 || !left(before, after)) return "";
+  const std::string law = "  diffusion alone never leaves the range it started from: ";
+  if (options.steady || options.theta == 1)
+    return law +
+           "on these points the scheme, or that of\n  the walls' gradient, does not approximate "
+           "it\n";
+  const bool damping = !options.damped_start && damping_helps(options, machine, heat, start);
+  return law + "Crank-Nicolson overshoots from jumps at this\n  step; " +
+         (damping ? "with --damped-start it does not (tried), nor does --theta 1"
+                  : "--theta 1 does not") +
+         ", nor do steps up to " + text(heat.gentle_step) + " where\n  no weight is negative\n";
+}
+
 void print_solution(const DiffuseOptions& options, const SolverReport& solver, const Steps& steps,
-                    const Range& before, const Range& after, double gentle_step) {
+                    const Range& before, const Range& after, const std::string& note) {
   std::cout << "solved by " << solver.description << ":\n  " << solver.reason << '\n'
             << (options.steady ? "steady" : "steps: " + std::to_string(steps.count)) << ", "
             << (solver.method == Method::Krylov ? "iterations: " : "refinements: ")
             << steps.total.iterations << ", largest relative residual "
             << text(steps.total.residual) << '\n'
-            << options.field << " was in " << before << ", is in " << after << '\n';
-  if (!options.source.empty() || !options.flux.empty() || !left(before, after)) return;
-  if (!options.steady && options.theta < 1)
-    std::cout << "  diffusion alone never leaves the range it started from: Crank-Nicolson "
-                 "overshoots from "
-                 "jumps at this\n  step; --theta 1 does not, nor do steps up to "
-              << text(gentle_step) << " where no weight is negative\n";
-  else
-    std::cout
-        << "  diffusion alone never leaves the range it started from: on these points the scheme, "
-           "or that of\n  the walls' gradient, does not approximate it\n";
+            << options.field << " was in " << before << ", is in " << after << '\n'
+            << note;
 }
 
 }  // namespace gradpsi::apps

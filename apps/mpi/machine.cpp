@@ -117,6 +117,7 @@ class SeveralProcesses : public Machine {
     const auto heat = std::make_shared<petsc::ImplicitDiffusion>(*mine_, std::move(laplacian),
                                                                  conditions, options);
     return {[heat](Eigen::VectorXd& u) { return heat->step(u); },
+            [heat](Eigen::VectorXd& u) { return heat->damped_step(u); },
             [heat] { return heat->solver(); }};
   }
 

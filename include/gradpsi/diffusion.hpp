@@ -58,8 +58,8 @@ struct BoundaryConditions {
 struct DiffusionOptions {
   double diffusivity = 1;  ///< nu >= 0, length^2/time
   double time_step = 0;    ///< dt > 0; infinity: the steady problem
-  /// 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2 from a field that meets the wall
-  /// conditions (a step of hardly any length makes it do so); 0.5 to 1.
+  /// 1: backward Euler, order 1; 0.5: Crank-Nicolson, order 2 from a field that is smooth and meets the
+  /// wall conditions, from others if ImplicitDiffusion::damped_step() comes first; 0.5 to 1.
   double theta = 1;
   DenseVector source = {};    ///< f, n values; empty: 0
   SolverOptions solver = {};  ///< of the system of each step
@@ -91,6 +91,14 @@ class ImplicitDiffusion {
   /// @throws InvalidInput  if the size is wrong or a value is not finite (names the point)
   /// @throws SolverError  as LinearSolver::solve(); u is then what it was
   SolveReport step(Eigen::Ref<Eigen::MatrixXd> u);
+
+  /// In place of a step by Crank-Nicolson two backward Euler steps of dt/2, which have the same matrix: no other
+  /// factorisation, two solves. As the first step from a field that jumps or does not meet the walls' conditions
+  /// it damps what Crank-Nicolson would let oscillate; steps that follow are of order 2 as ever (R. Rannacher,
+  /// Numer. Math. 43, 1984). Copies u.
+  /// @throws InvalidInput  as step(), or if theta is not 0.5
+  /// @throws SolverError  as step()
+  SolveReport damped_step(Eigen::Ref<Eigen::MatrixXd> u);
 
   /// Another time step: the matrix is factorised anew, and analysed only if another method is chosen.
   /// @throws as LinearSolver::refactor()

@@ -79,6 +79,9 @@ class ImplicitDiffusion {
   /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion::step()
   SolveReport step(Eigen::Ref<Eigen::VectorXd> u);
 
+  /// @throws InvalidInput, SolverError  as gradpsi::ImplicitDiffusion::damped_step(), which this is
+  SolveReport damped_step(Eigen::Ref<Eigen::VectorXd> u);
+
   /// What the system is solved with, and why.
   const SolverReport& solver() const;
 

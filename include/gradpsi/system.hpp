@@ -53,6 +53,9 @@ class DiffusionSystem {
   /// @throws InvalidInput  if sizes disagree
   void right_hand_side(std::span<const double> u, std::span<const double> product,
                        std::span<double> b);
+  /// Writes b for a backward Euler step of theta dt instead, whose matrix is A, too.
+  /// @throws InvalidInput  if sizes disagree
+  void damped_right_hand_side(std::span<const double> u, std::span<double> b);
   /// Whether right_hand_side() needs a product.
   bool needs_product() const { return theta_ < 1; }
   /// Puts prescribed values in their place among u's n.
@@ -77,6 +80,8 @@ class DiffusionSystem {
   void add_rate(const Cloud& cloud);
   static double row_scale(const WallRow& wall, double rate);
   double* diagonal(SparseMatrix& matrix, int row) const;
+  template <class F>
+  void for_each_row(std::span<const double> u, std::span<double> b, const F& f);
 
   SparseMatrix matrix_;
   SystemPoints points_;

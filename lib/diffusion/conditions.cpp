@@ -74,6 +74,13 @@ void check_time_step(double time_step, double theta) {
     throw InvalidInput("the steady problem needs theta = 1, not " + shortest(theta));
 }
 
+void check_damping(double theta) {
+  if (theta != 0.5)
+    throw InvalidInput(
+        "a damped step is half a step by backward Euler, twice, with the matrix of " +
+        std::string("Crank-Nicolson: theta must be 0.5, not ") + shortest(theta));
+}
+
 void check(const DiffusionOptions& options, int points) {
   if (!(options.diffusivity >= 0 && std::isfinite(options.diffusivity)))
     throw InvalidInput("diffusivity must be >= 0 and finite, not " + shortest(options.diffusivity));
@@ -105,6 +112,11 @@ void check(const BoundaryConditions& conditions, const Cloud& cloud) {
   claim(cloud, conditions.walls.points, taken);
   check_values(conditions.fixed.values, conditions.fixed.points.size(), "fixed.values");
   check(conditions.walls, cloud);
+}
+
+SolveReport both(const SolveReport& first, const SolveReport& second) {
+  return {std::max(first.residual, second.residual), first.iterations + second.iterations,
+          first.seconds + second.seconds};
 }
 
 SparseMatrix wall_rows(const WallConditions& walls, int points) {

@@ -13,6 +13,8 @@ std::string at_point(const Cloud& cloud, int i);
 
 /// Throw InvalidInput unless numbers are in their ranges and sizes those of the cloud.
 void check_time_step(double time_step, double theta);
+/// For a damped step.
+void check_damping(double theta);
 void check(const DiffusionOptions& options, int points);
 void check(const Cloud& cloud, const Operator& laplacian);
 void check(const BoundaryConditions& conditions, const Cloud& cloud);
@@ -23,5 +25,8 @@ SparseMatrix wall_rows(const WallConditions& walls, int points);
 /// The largest entry of a wall's row, with the sign of its diagonal.
 /// @throws InvalidInput  if that is zero or not finite
 double size_of_row(const SparseMatrix& rows, int k, const Cloud& cloud, int point);
+
+/// How two solves went, one after the other.
+SolveReport both(const SolveReport& first, const SolveReport& second);
 
 }  // namespace gradpsi

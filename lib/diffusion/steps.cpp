@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/resize.hpp"
+#include "diffusion/conditions.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/system.hpp"
 #include "matrix/csr.hpp"
@@ -24,19 +25,25 @@ auto span(Column&& column) {
   return std::span(column.data(), static_cast<std::size_t>(column.size()));
 }
 
+/// By the theta method, or half as long by backward Euler.
+enum class Step { Whole, Half };
+
 }  // namespace
 
 struct ImplicitDiffusion::State {
   State(const Cloud& cloud, const Operator& laplacian, const BoundaryConditions& conditions,
         const DiffusionOptions& options)
       : points(cloud.size()),
+        theta(options.theta),
         system(cloud, with_all_rows(laplacian), conditions, options),
         solver(system.take_matrix(), options.solver, system.take_points()),
         threads(options.solver.threads) {}
 
-  void set_right_hand_side(Eigen::Index column, std::span<const double> u);
+  SolveReport advance(Eigen::Ref<Eigen::MatrixXd> u, Step kind);
+  void set_right_hand_side(Eigen::Index column, std::span<const double> u, Step kind);
 
   int points;
+  double theta;
   DiffusionSystem system;
   LinearSolver solver;
   int threads;
@@ -45,14 +52,38 @@ struct ImplicitDiffusion::State {
 };
 
 /// Also what iterations start from.
-void ImplicitDiffusion::State::set_right_hand_side(Eigen::Index column, std::span<const double> u) {
+void ImplicitDiffusion::State::set_right_hand_side(Eigen::Index column, std::span<const double> u,
+                                                   Step kind) {
   const std::vector<int>& unknowns = system.rows();
   double* const now = solution.col(column).data();
   for (Eigen::Index k = 0; k < rhs.rows(); ++k) now[k] = u[unknowns[k]];
+  if (kind == Step::Half) return system.damped_right_hand_side(u, span(rhs.col(column)));
   if (system.needs_product())
     for_each_product(solver.matrix(), now, threads,
                      [&](int k, double value) { product[k] = value; });
   system.right_hand_side(u, span(product), span(rhs.col(column)));
+}
+
+SolveReport ImplicitDiffusion::State::advance(Eigen::Ref<Eigen::MatrixXd> u, Step kind) {
+  if (u.rows() != points)
+    throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
+                       std::to_string(points) + " points");
+  const std::vector<int>& unknowns = system.rows();
+  resize(rhs, static_cast<Eigen::Index>(unknowns.size()), u.cols());
+  resize(solution, rhs.rows(), rhs.cols());
+  if (system.needs_product()) resize(product, rhs.rows());
+  for (Eigen::Index c = 0; c < u.cols(); ++c) {
+    for (int i = 0; i < points; ++i)
+      if (!std::isfinite(u(i, c)))
+        throw InvalidInput("the field is not finite at point " + std::to_string(i));
+    set_right_hand_side(c, span(u.col(c)), kind);
+  }
+  const SolveReport report = solver.solve(rhs, solution);
+  for (Eigen::Index c = 0; c < u.cols(); ++c) {
+    for (Eigen::Index k = 0; k < rhs.rows(); ++k) u(unknowns[k], c) = solution(k, c);
+    system.set_fixed(span(u.col(c)));
+  }
+  return report;
 }
 
 ImplicitDiffusion::ImplicitDiffusion(const Cloud& cloud, const Operator& laplacian,
@@ -71,26 +102,16 @@ void ImplicitDiffusion::set_time_step(double time_step) {
 }
 
 SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
-  State& s = *state_;
-  if (u.rows() != s.points)
-    throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
-                       std::to_string(s.points) + " points");
-  const std::vector<int>& unknowns = s.system.rows();
-  resize(s.rhs, static_cast<Eigen::Index>(unknowns.size()), u.cols());
-  resize(s.solution, s.rhs.rows(), s.rhs.cols());
-  if (s.system.needs_product()) resize(s.product, s.rhs.rows());
-  for (Eigen::Index c = 0; c < u.cols(); ++c) {
-    for (int i = 0; i < s.points; ++i)
-      if (!std::isfinite(u(i, c)))
-        throw InvalidInput("the field is not finite at point " + std::to_string(i));
-    s.set_right_hand_side(c, span(u.col(c)));
-  }
-  const SolveReport report = s.solver.solve(s.rhs, s.solution);
-  for (Eigen::Index c = 0; c < u.cols(); ++c) {
-    for (Eigen::Index k = 0; k < s.rhs.rows(); ++k) u(unknowns[k], c) = s.solution(k, c);
-    s.system.set_fixed(span(u.col(c)));
-  }
-  return report;
+  return state_->advance(u, Step::Whole);
+}
+
+SolveReport ImplicitDiffusion::damped_step(Eigen::Ref<Eigen::MatrixXd> u) {
+  check_damping(state_->theta);
+  DenseMatrix next = u;
+  const SolveReport first = state_->advance(next, Step::Half);
+  const SolveReport second = state_->advance(next, Step::Half);
+  u = next;
+  return both(first, second);
 }
 
 const SolverReport& ImplicitDiffusion::solver() const { return state_->solver.report(); }

@@ -213,20 +213,34 @@ SparseMatrix DiffusionSystem::take_matrix() {
 
 SystemPoints DiffusionSystem::take_points() { return std::exchange(points_, {}); }
 
-void DiffusionSystem::right_hand_side(std::span<const double> u, std::span<const double> product,
-                                      std::span<double> b) {
+/// Calls f(row, b without source or flux).
+template <class F>
+void DiffusionSystem::for_each_row(std::span<const double> u, std::span<double> b, const F& f) {
   check_size("u", u, point_count_);
-  if (needs_product()) check_size("the product", product, std::ssize(rows_));
   check_size("b", b, std::ssize(rows_));
   const double rate = rate_of(time_step_);
   for (Eigen::Index k = 0; k < known_.size(); ++k)
     known_[k] = fixed_.values.size() > 0 ? fixed_.values[k] : u[fixed_.points[k]];
   for_each_product(coupling_, known_.data(), threads_, [&](int k, double from_known) {
-    const double constant = constant_[k];
-    b[k] = from_known + constant + rate * evolves_[k] * u[rows_[k]];
+    f(k, from_known + rate * evolves_[k] * u[rows_[k]]);
+  });
+}
+
+void DiffusionSystem::right_hand_side(std::span<const double> u, std::span<const double> product,
+                                      std::span<double> b) {
+  if (needs_product()) check_size("the product", product, std::ssize(rows_));
+  for_each_row(u, b, [&](int k, double without_source) {
+    b[k] = without_source + constant_[k];
     // What theta nu Psi u is at this time, seen from the unknowns' matrix; b has the known part.
     if (theta_ < 1 && evolves_[k] != 0)
-      b[k] += (1 - theta_) / theta_ * (b[k] - constant - product[k]);
+      b[k] += (1 - theta_) / theta_ * (without_source - product[k]);
+  });
+}
+
+void DiffusionSystem::damped_right_hand_side(std::span<const double> u, std::span<double> b) {
+  // (I/(theta dt) - nu Psi) v = u/(theta dt) + f, times theta; conditions at walls are as ever.
+  for_each_row(u, b, [&](int k, double without_source) {
+    b[k] = without_source + (evolves_[k] != 0 ? theta_ : 1) * constant_[k];
   });
 }
 

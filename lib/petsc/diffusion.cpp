@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/sets.hpp"
+#include "diffusion/conditions.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
 #include "gradpsi/system.hpp"
@@ -181,14 +182,19 @@ void check_arguments(const Subdomain& mine, const Operator& laplacian,
                        std::to_string(mine.own().size()) + " points");
 }
 
+/// By the theta method, or half as long by backward Euler.
+enum class Step { Whole, Half };
+
 }  // namespace
 
 struct ImplicitDiffusion::State {
   State(const Subdomain& mine, Operator&& laplacian, const BoundaryConditions& conditions,
         const DiffusionOptions& options);
   void set_up(const Cloud& points, const Numbering& numbers, const SolverOptions& options);
+  SolveReport advance(Eigen::Ref<Eigen::VectorXd> u, Step kind);
 
   const Subdomain& mine;
+  double theta;
   std::optional<DiffusionSystem> system;
   std::optional<Solver> solver;
   SolverReport nothing;  // to solve
@@ -198,7 +204,7 @@ struct ImplicitDiffusion::State {
 ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
                                 const BoundaryConditions& conditions,
                                 const DiffusionOptions& options)
-    : mine(mine) {
+    : mine(mine), theta(options.theta) {
   const MPI_Comm comm = mine.partition().comm();
   const bool sourced = anywhere(comm, options.source.size() > 0);
   together(comm, [&] { check_arguments(mine, laplacian, options, sourced); });
@@ -249,9 +255,7 @@ ImplicitDiffusion::ImplicitDiffusion(const Subdomain& mine, Operator laplacian,
 ImplicitDiffusion::ImplicitDiffusion(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion::~ImplicitDiffusion() = default;
 
-SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::VectorXd> u) {
-  State& s = *state_;
-  const Subdomain& mine = s.mine;
+SolveReport ImplicitDiffusion::State::advance(Eigen::Ref<Eigen::VectorXd> u, Step kind) {
   together(mine.partition().comm(), [&] {
     if (u.size() != std::ssize(mine.own()))
       throw InvalidInput("the field has " + std::to_string(u.size()) + " values for " +
@@ -266,17 +270,34 @@ SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::VectorXd> u) {
     return std::span(v.data(), static_cast<std::size_t>(v.size()));
   };
   SolveReport report;
-  if (s.solver) {
-    const std::vector<int>& rows = s.system->rows();
-    s.solution = all(rows);
-    if (s.system->needs_product()) s.solver->multiply(s.solution, s.product);
-    s.system->right_hand_side(span(all), span(s.product), span(s.rhs));
-    report = s.solver->solve(s.rhs, s.solution);
-    all(rows) = s.solution;
+  if (solver) {
+    const std::vector<int>& rows = system->rows();
+    solution = all(rows);
+    if (kind == Step::Half) {
+      system->damped_right_hand_side(span(all), span(rhs));
+    } else {
+      if (system->needs_product()) solver->multiply(solution, product);
+      system->right_hand_side(span(all), span(product), span(rhs));
+    }
+    report = solver->solve(rhs, solution);
+    all(rows) = solution;
   }
-  s.system->set_fixed(span(all));
+  system->set_fixed(span(all));
   u = all(mine.own());
   return report;
+}
+
+SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::VectorXd> u) {
+  return state_->advance(u, Step::Whole);
+}
+
+SolveReport ImplicitDiffusion::damped_step(Eigen::Ref<Eigen::VectorXd> u) {
+  check_damping(state_->theta);
+  DenseVector next = u;
+  const SolveReport first = state_->advance(next, Step::Half);
+  const SolveReport second = state_->advance(next, Step::Half);
+  u = next;
+  return both(first, second);
 }
 
 const SolverReport& ImplicitDiffusion::solver() const {

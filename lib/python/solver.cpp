@@ -101,10 +101,13 @@ std::unique_ptr<Diffusion> implicit_diffusion(const Cloud& cloud, const Operator
   });
 }
 
-py::array step(Diffusion& diffusion, const ArrayLike& u) {
+using Step = SolveReport (ImplicitDiffusion::*)(Eigen::Ref<Eigen::MatrixXd> u);
+
+template <Step step>
+py::array stepped(Diffusion& diffusion, const ArrayLike& u) {
   Fields fields(u, "u");
   diffusion.latest =
-      diffusion.use([&](ImplicitDiffusion& heat) { return heat.step(fields.values); });
+      diffusion.use([&](ImplicitDiffusion& heat) { return (heat.*step)(fields.values); });
   return fields.array();
 }
 
@@ -224,7 +227,7 @@ constexpr auto implicit_diffusion_doc =
     R"(laplacian: an Operator with all n rows; copied.
 time_step: dt > 0; math.inf: the steady problem, solved by a single step from any u.
 diffusivity: nu >= 0, length^2/time.
-theta: 1: backward Euler, 0.5: Crank-Nicolson; 0.5 to 1.
+theta: 1: backward Euler, 0.5: Crank-Nicolson (see damped_step()); 0.5 to 1.
 source: f, n numbers; None: 0.
 fixed: points whose value is known, indices or a mask. fixed_values: one for each, in the order
   of the indices (of a mask: ascending); None: each keeps the value that it has in u.
@@ -247,12 +250,19 @@ solve. Threads that step with the same object take turns.)")
            py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
            py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(),
            implicit_diffusion_doc)
-      .def("step", &step, py::arg("u"),
+      .def("step", &stepped<&ImplicitDiffusion::step>, py::arg("u"),
            R"(u one step later, a new array; the argument (n, or n x k for k fields at once)
 remains what it is.
 
 Raises InvalidInput if the size is wrong or a value is not finite (names the point); SolverError
 if the residual stays above the tolerance.)")
+      .def("damped_step", &stepped<&ImplicitDiffusion::damped_step>, py::arg("u"),
+           R"(As step(), by two backward Euler steps of half the length in place of one by
+Crank-Nicolson; they have the same matrix. As the first step from a field that jumps or does not
+meet the walls' conditions it damps what would oscillate, and those that follow are of order 2
+(Rannacher).
+
+Raises what step() raises, InvalidInput if theta is not 0.5.)")
       .def(
           "set_time_step",
           [](Diffusion& diffusion, double time_step) {

@@ -106,5 +106,53 @@ TEST(Diffusion, CrankNicolsonIsOfSecondOrderInTimeBackwardEulerOfFirst) {
   EXPECT_NEAR(order(0.5), 2, 0.1);
 }
 
+TEST_P(EveryCase, DampedStepsAreTwoByBackwardEulerOfHalfTheLength) {
+  const Case& c = GetParam();
+  const Scene scene(c.scheme, c.dimension, c.dimension == 1 ? 60 : c.dimension == 2 ? 12 : 7);
+  BoundaryConditions conditions{.fixed = {scene.left}};
+  conditions.fixed.values = Eigen::VectorXd::LinSpaced(scene.left.size(), -1, 1);
+  if (c.with_walls) conditions.walls = scene.wall(0.7, 0.3);
+  DiffusionOptions options{
+      .diffusivity = 0.6, .time_step = c.time_step, .theta = c.theta, .source = scene.field(5)};
+  Eigen::MatrixXd u(scene.size(), 2);
+  u << scene.field(), scene.field(7);
+  ImplicitDiffusion crank(scene.cloud, scene.laplacian, conditions, options);
+  if (c.theta != 0.5) {
+    const auto damped = [&] { crank.damped_step(u); };
+    EXPECT_THAT(message_of<InvalidInput>(damped), testing::HasSubstr("theta must be 0.5, not "));
+    return;
+  }
+  options.theta = 1;
+  options.time_step /= 2;
+  ImplicitDiffusion euler(scene.cloud, scene.laplacian, conditions, options);
+  Eigen::MatrixXd halves = u;
+  EXPECT_LE(crank.damped_step(u).residual, 1e-12);
+  for (int n = 0; n < 2; ++n) euler.step(halves);
+  EXPECT_LT((u - halves).norm(), 1e-9 * halves.norm());  // as the literal steps
+}
+
+TEST(Diffusion, ADampedStartMakesCrankNicolsonOfSecondOrderFromAnyField) {
+  const Scene scene("laplacian-mixed-zoc", 1, 40);
+  const BoundaryConditions conditions{.fixed = {scene.left}, .walls = scene.wall(0.7, 0.3)};
+  const Eigen::ArrayXd x = scene.x();
+  for (const bool jumps : {false, true}) {  // neither field meets the wall's condition
+    const Eigen::VectorXd start = jumps ? (x > 0.4).cast<double>().eval() : (3 * x).sin().eval();
+    const auto after = [&](bool damped, int steps) {
+      ImplicitDiffusion heat(scene.cloud, scene.laplacian, conditions,
+                             {.time_step = 0.2 / steps, .theta = 0.5});
+      Eigen::VectorXd u = start;
+      for (int n = 0; n < steps; ++n) damped&& n == 0 ? heat.damped_step(u) : heat.step(u);
+      return u;
+    };
+    const Eigen::VectorXd limit = after(true, 16000);
+    const auto error = [&](bool damped, int steps) {
+      return (after(damped, steps) - limit).norm();
+    };
+    EXPECT_NEAR(std::log2(error(true, 200) / error(true, 400)), 2, 0.1) << jumps;
+    EXPECT_LT(std::log2(error(false, 200) / error(false, 400)), 1.2) << jumps;
+    EXPECT_GT(error(false, 20), 10 * error(true, 20));
+  }
+}
+
 }  // namespace
 }  // namespace gradpsi

@@ -80,8 +80,10 @@ TEST_P(EveryProblem, IsSolvedAsOnOneMachine) {
                          options);
   Eigen::VectorXd u = (4 * x).array().cos(), together = u(own);
   for (int n = 0; n < 3; ++n) {
-    alone.step(u);
-    EXPECT_LE(heat.step(together).residual, 1e-11);  // 1e-12, or rounding
+    const bool damped = p.theta == 0.5 && n == 0;
+    damped ? alone.damped_step(u) : alone.step(u);
+    // 1e-12, or rounding
+    EXPECT_LE((damped ? heat.damped_step(together) : heat.step(together)).residual, 1e-11);
   }
   // Residuals up to 1e-12, condition numbers below 1e5.
   EXPECT_LT((together - u(own)).norm(), 1e-8 * u.norm()) << heat.solver().description;

@@ -124,10 +124,13 @@ class Clouds(ProgramTest):
 
     def test_37_crank_nicolson_names_the_step_that_does_not_overshoot(self):
         bare = ["diffuse", CASES / "step_between_edges.csv", "--field", "T", "--scheme", "laplacian-mixed-zoc", "--support-ratio",
-                3, "--fixed", "wall", "-o", self.path("o.csv"), "--steps", 1]
-        text = self.run_program(*bare, "--time-step", 0.02, "--theta", 0.5)
-        step = float(re.search(r"--theta 1 does not, nor do steps up to ([\d.e-]+)", text)[1])
-        for options in [["--time-step", 0.02, "--theta", 1], ["--time-step", step, "--theta", 0.5]]:
+                3, "--fixed", "wall", "-o", self.path("o.csv")]
+        text = self.run_program(*bare, "--time-step", 0.02, "--theta", 0.5, "--steps", 1)
+        step = float(re.search(r"nor does --theta 1, nor do steps up to ([\d.e-]+)", text)[1])
+        self.assertIn("with --damped-start it does not (tried)", text)
+        for options in [["--time-step", 0.02, "--theta", 1, "--steps", 1], ["--time-step", step, "--theta", 0.5, "--steps", 1],
+                        ["--time-step", 0.02, "--theta", 0.5, "--damped-start", "--steps", 1],
+                        ["--time-step", 0.02, "--theta", 0.5, "--damped-start", "--steps", 7]]:
             text = self.run_program(*bare, *options)
             self.assertNotIn("diffusion alone never leaves", text)
 

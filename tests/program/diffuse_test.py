@@ -142,7 +142,7 @@ class Diffuse(DiffusionScene):
 
     def test_bad_usage_is_2(self):
         step = ["--time-step", 1, "--steps", 1]
-        for arguments in [[], ["--steps", 1], ["--time-step", 1], [*step, "--theta", 0.7], [*step, "--flux", "f"],
+        for arguments in [[], ["--steps", 1], ["--time-step", 1], [*step, "--theta", 0.7], [*step, "--damped-start"], [*step, "--flux", "f"],
                           ["--time-step", 1, "--steps", 0], [*step, "--fixed", ""], [*step, "--mean", "harmonic"],
                           [*step, "--conductivity", "f", "--mean", "geometric"], ["--steady", "--every", 2]]:
             self.assertIn("Usage: gradpsi diffuse", self.diffuse("laplacian-mixed-zoc", *arguments, expect=2))

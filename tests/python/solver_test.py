@@ -51,6 +51,14 @@ def test_steps_solve_the_literal_system(scheme, theta):
     assert np.allclose(result, expected, rtol=0, atol=1e-10)
     assert 0 <= heat.latest.residual <= 1e-12 and heat.latest.seconds >= 0
     assert heat.latest.iterations >= 0
+    if theta == 0.5:
+        half = u
+        for _ in range(2):
+            half = literal_step(op.matrix, half, 0.005, 1, 0.7, source, ends, values)
+        assert np.allclose(heat.damped_step(u), half, rtol=0, atol=1e-10)
+    else:
+        with pytest.raises(gradpsi.InvalidInput, match="theta must be 0.5, not 1"):
+            heat.damped_step(u)
     method = "cholesky" if scheme.endswith("-zoc") else "lu"
     assert heat.solver.method in (method, "krylov") and heat.solver.unknowns == 144 - len(ends)
     assert heat.solver.reason and heat.solver.description
