@@ -76,9 +76,14 @@ void DiffuseOptions::declare_conditions(Options& options) {
       options
           .text("--normal", normal, "PREFIX",
                 "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
-                "that are not fixed, obey n . grad u = flux instead")
+                "that are not fixed, obey n . grad u + c u = flux instead")
           .check(not_empty);
   options.text("--flux", flux, "COLUMN", "Column of that flux; 0 without")
+      .check(not_empty)
+      .needs(normals);
+  options
+      .text("--transfer", transfer, "COLUMN",
+            "Column of that c >= 0, exchange with what is at flux / c; 0 without")
       .check(not_empty)
       .needs(normals);
   options

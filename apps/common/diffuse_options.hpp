@@ -20,7 +20,7 @@ struct DiffuseOptions : OperatorOptions {
   bool steady = false;
   double theta = 1;
   bool damped_start = false;
-  std::string fixed, normal, flux, gradient = std::string(positive_walls);
+  std::string fixed, normal, flux, transfer, gradient = std::string(positive_walls);
   std::string conductivity, mean = "arithmetic";
   std::string source;
   std::string method = "auto";

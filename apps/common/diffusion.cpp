@@ -42,7 +42,12 @@ BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, c
   for (int i = 0; i < cloud.size(); ++i)
     if (fixed[i] == 0 && !normals.row(i).isZero(0)) walls.points.push_back(i);
   walls.normals = normals(walls.points, Eigen::all);
-  if (!options.flux.empty()) walls.flux = finite_column(table, cloud, options.flux)(walls.points);
+  const auto at_walls = [&](const std::string& name) -> DenseVector {
+    if (name.empty()) return {};
+    return finite_column(table, cloud, name)(walls.points);
+  };
+  walls.flux = at_walls(options.flux);
+  walls.transfer = at_walls(options.transfer);
   return conditions;
 }
 
@@ -89,7 +94,7 @@ Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::v
 /// What the walls get that positive rows cannot take up: of first order, and without growth.
 const std::string remaining_walls = "gradient-direct-foc";
 
-/// n . grad u = flux: the gradients at the walls' points.
+/// n . grad u + c u = flux: the gradients at the walls' points.
 void add_gradient(const DiffuseOptions& options, const std::string& scheme, Machine& machine,
                   WallConditions& walls, Report& report, std::vector<std::string>& remarks) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
@@ -110,7 +115,7 @@ void add_gradient(const DiffuseOptions& options, const std::string& scheme, Mach
   walls.gradient = std::move(gradient.axes);
 }
 
-/// n . grad u = flux by the Laplacian's rows at the walls, which are then no conditions any more, but for those
+/// n . grad u + c u = flux by the Laplacian's rows at the walls, which are then no conditions any more, but for those
 /// that remain.
 /// @return  what the flux adds to lap u
 Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
@@ -119,11 +124,13 @@ Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
   const std::int64_t count = machine.sum(std::ssize(walls.points));
   if (count == 0) return Eigen::VectorXd::Zero(machine.cloud().size());
   WithWalls result = machine.with_walls(std::move(laplacian),
-                                        {walls.points, walls.normals, walls.flux}, options.threads);
+                                        {walls.points, walls.normals, walls.flux, walls.transfer},
+                                        options.threads);
   laplacian = std::move(result.laplacian);
   walls = {.points = result.remaining.points,
            .normals = result.remaining.normals,
-           .flux = result.remaining.flux};
+           .flux = result.remaining.flux,
+           .transfer = result.remaining.transfer};
   const std::int64_t remaining = machine.sum(std::ssize(walls.points));
   if (remaining > 0)
     remarks.push_back(std::to_string(remaining) + " of " + std::to_string(count) +
@@ -159,6 +166,17 @@ double time_of(const DiffusionOptions& how, const Machine& machine, const Eigen:
   return squared / (how.diffusivity * machine.least(slowest));
 }
 
+/// See Diffusion::surroundings.
+Range surroundings(const Machine& machine, const WallConditions& walls) {
+  Range result;
+  for (Eigen::Index k = 0; k < walls.transfer.size(); ++k) {
+    if (walls.transfer[k] == 0) continue;
+    const double around = walls.flux.size() > 0 ? walls.flux[k] / walls.transfer[k] : 0;
+    result = {std::min(result.least, around), std::max(result.most, around)};
+  }
+  return {machine.least(result.least), machine.largest(result.most)};
+}
+
 /// See Diffusion::drift. Rows without negative weights keep to it.
 double drift(const DiffusionOptions& how, const Machine& machine, const WallConditions& walls,
              double time) {
@@ -178,6 +196,7 @@ BoundaryConditions conditions_of(const DiffuseOptions& options, const Machine& m
 Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryConditions conditions,
                  Report& report) {
   std::vector<std::string> remarks;
+  const Range around = surroundings(machine, conditions.walls);
   conditions.fixed.points = machine.places(std::move(conditions.fixed.points));
   conditions.walls.points = machine.places(std::move(conditions.walls.points));
   // Rows that conditions take the place of need not be there.
@@ -207,6 +226,7 @@ Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryCondit
   Diffusion result = machine.diffusion(std::move(op), conditions, how);
   result.gentle_step = 1 / ((1 - how.theta) * how.diffusivity * steepest);
   result.drift = drift(how, machine, conditions.walls, time_of(how, machine, kappa));
+  result.surroundings = around;
   result.remarks = std::move(remarks);
   return result;
 }

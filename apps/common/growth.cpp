@@ -20,8 +20,8 @@ double most_of_all(const Machine& machine, const Eigen::VectorXd& values) {
 
 }  // namespace
 
-GrowthWatch::GrowthWatch(const Machine& machine, const Eigen::VectorXd& u, double drift)
-    : machine_(machine), before_(range(machine, u)), drift_(drift), last_(u) {
+GrowthWatch::GrowthWatch(const Machine& machine, const Eigen::VectorXd& u, const Diffusion& heat)
+    : machine_(machine), before_(lawful_range(machine, u, heat)), drift_(heat.drift), last_(u) {
   slack_ = part_of_size * std::max(std::abs(before_.least), std::abs(before_.most));
 }
 

@@ -22,8 +22,7 @@ struct Growth : std::runtime_error {
 /// 1D up to 4.33 (I. Farago and C. Palencia, Appl. Numer. Math. 42, 2002). Growing modes go beyond any factor.
 class GrowthWatch {
  public:
-  /// @param drift  how far sources and walls can move the field in a step; infinity: not known
-  GrowthWatch(const Machine& machine, const Eigen::VectorXd& u, double drift);
+  GrowthWatch(const Machine& machine, const Eigen::VectorXd& u, const Diffusion& heat);
   /// @param field  what it is called in messages
   /// @throws Growth  in all processes
   void look(const std::string& field, const Eigen::VectorXd& u);

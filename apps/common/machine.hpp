@@ -3,6 +3,7 @@
 #include <functional>
 #include <gradpsi/diffusion.hpp>
 #include <gradpsi/walls.hpp>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,12 @@
 #include "common/operators.hpp"
 
 namespace gradpsi::apps {
+
+/// The least and the largest value of a field; of none, the other way round.
+struct Range {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+};
 
 /// Implicit steps: step(u) replaces u by that of the next time.
 struct Diffusion {
@@ -21,6 +28,8 @@ struct Diffusion {
   double gentle_step = 0;
   /// How far sources and walls can move the field in a step, or in the steady state; infinity: not known.
   double drift = 0;
+  /// What exchange with the surroundings draws the field to.
+  Range surroundings = {};
   /// What there is to say of the walls' rows.
   std::vector<std::string> remarks = {};
 };

@@ -20,6 +20,11 @@ Range range(const Machine& machine, const Eigen::VectorXd& u) {
           machine.largest(u.size() > 0 ? u.maxCoeff() : -none)};
 }
 
+Range lawful_range(const Machine& machine, const Eigen::VectorXd& u, const Diffusion& heat) {
+  const Range own = range(machine, u), &around = heat.surroundings;
+  return {std::min(own.least, around.least), std::max(own.most, around.most)};
+}
+
 namespace {
 
 /// What a step's field is called in messages.
@@ -69,7 +74,7 @@ bool goes_well(const DiffuseOptions& options, Machine& machine, Eigen::VectorXd 
   try {
     Report unread;
     const Diffusion heat = diffusion_again(options, machine, unread);
-    GrowthWatch watch(machine, u, heat.drift);
+    GrowthWatch watch(machine, u, heat);
     for (int step = 1; step <= steps; ++step) {
       advance(options, heat, step, u);
       watch.look(field_after(options, step), u);
@@ -97,7 +102,7 @@ Steps make_steps(const DiffuseOptions& options, Machine& machine, const Diffusio
                  const std::function<void(int)>& done) {
   u = start;
   Steps steps{options.steady ? 1 : *options.steps};
-  GrowthWatch watch(machine, u, heat.drift);
+  GrowthWatch watch(machine, u, heat);
   std::optional<Progress> progress;
   if (machine.is_first()) progress.emplace("steps");
   for (int step = 1; step <= steps.count; ++step) {
@@ -137,7 +142,7 @@ bool damping_helps(DiffuseOptions options, Machine& machine, const Diffusion& he
                    Eigen::VectorXd u) {
   constexpr int tried = 20;
   options.damped_start = true;
-  const Range before = range(machine, u);
+  const Range before = lawful_range(machine, u, heat);
   for (int step = 1; step <= std::min(tried, *options.steps); ++step) {
     advance(options, heat, step, u);
     if (left(before, range(machine, u))) return false;
@@ -149,7 +154,7 @@ bool damping_helps(DiffuseOptions options, Machine& machine, const Diffusion& he
 
 std::string range_note(const DiffuseOptions& options, Machine& machine, const Diffusion& heat,
                        const Eigen::VectorXd& start, const Range& after) {
-  const Range before = range(machine, start);
+  const Range before = lawful_range(machine, start, heat);
   if (heat.drift != 0 || !left(before, after)) return "";
   const std::string law = "  diffusion alone never leaves the range it started from: ";
   if (options.steady || options.theta == 1)

@@ -10,11 +10,10 @@
 
 namespace gradpsi::apps {
 
-/// The least and the largest value of a field.
-struct Range {
-  double least, most;
-};
 Range range(const Machine& machine, const Eigen::VectorXd& u);
+
+/// Where diffusion keeps a field without sources and fluxes: in its range, that of the surroundings included.
+Range lawful_range(const Machine& machine, const Eigen::VectorXd& u, const Diffusion& heat);
 
 /// All steps from `start` to u; done(n) is called after the n-th. If the field grows as no diffusion does, throws what can be done
 /// about it: what has been tried.

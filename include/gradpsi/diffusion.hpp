@@ -22,7 +22,8 @@ enum class Mean {
 /// Arithmetic: exactly half of lap(kappa u) + kappa lap u - u lap kappa, so as consistent as the
 /// Laplacian where kappa is smooth. Harmonic, 2 kappa_i kappa_j / (kappa_i + kappa_j): for jumps,
 /// across which the flux is then continuous (P. W. Cleary and J. J. Monaghan, J. Comput. Phys. 148,
-/// 1999). Both keep row sums zero and symmetry after scaling by volume.
+/// 1999). Both keep row sums zero and symmetry after scaling by volume. What rows sum to otherwise, the exchange of
+/// with_walls(), is taken times kappa_i.
 ///
 /// @param laplacian     as assembled, all rows or some
 /// @param conductivity  n numbers kappa_i > 0

@@ -10,11 +10,13 @@
 #pragma GCC visibility push(default)
 namespace gradpsi {
 
-/// Points of walls where n . grad u = flux.
+/// Points of walls where transfer u + n . grad u = flux: a flux, or with transfer > 0 an exchange with what is at
+/// flux / transfer.
 struct FluxWalls {
   std::vector<int> points = {};  ///< 0-based, each once
   Positions normals = {};        ///< points x d: n, outward, not 0, of any length
   DenseVector flux = {};         ///< one per point; empty: 0
+  DenseVector transfer = {};     ///< one per point, >= 0 (1/length if n has length 1); empty: 0
 };
 
 /// A Laplacian whose rows at walls know the slope there.
@@ -28,11 +30,12 @@ struct WithWalls {
 /// Gives a Laplacian other rows at walls: instead of a row of its own for the condition such a point obeys
 /// the equation, with
 ///
-///     (lap u)_i = sum_j a_ij (u_j - u_i) + b_i flux_i / |n_i|,    a_ij >= 0, b_i >= 0,
+///     (lap u)_i = sum_j a_ij (u_j - u_i) + b_i (flux_i - transfer_i u_i) / |n_i|,    a_ij >= 0, b_i >= 0,
 ///
 /// exact on polynomials of degree 2: the positive stencil (see Scheme) in which the slope takes part, so
 /// that neighbours on one side will do. Rows without one meet sum_j a_ij r_ij + b_i n / |n| = 0 and
-/// sum_j a_ij |r_ij|^2 = 2d only, and are Lowered. No such row lets u grow. At a corner all neighbours may
+/// sum_j a_ij |r_ij|^2 = 2d only, and are Lowered. No such row lets u grow; what the transfer adds to the diagonal
+/// makes it larger. At a corner all neighbours may
 /// lie to one side of the normal: that wall remains, to be a condition of another kind. The others are none
 /// any more; steps then have nu source among their sources (DiffusionOptions::source), after
 /// with_conductivity() kappa_i nu source_i.

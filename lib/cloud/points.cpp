@@ -70,4 +70,13 @@ std::vector<int> distinct_points(const Cloud& cloud) {
   return kept;
 }
 
+std::string words(const Coincidences& found, const Cloud& cloud, std::int64_t count,
+                  std::int64_t all) {
+  const int first = found.points.front();
+  return "points " + std::to_string(cloud.number(found.first_partner)) + " and " +
+         std::to_string(cloud.number(first)) + " coincide at " +
+         coordinates(cloud.positions(), first) + "; " + std::to_string(count) + " of " +
+         std::to_string(all) + " points coincide with an earlier one";
+}
+
 }  // namespace gradpsi

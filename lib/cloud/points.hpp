@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct Coincidences {
   int first_partner = 0;    // the first point's
 };
 Coincidences coincidences(const Cloud& cloud);
+/// The first one's words for messages, with how many points of how many coincide with an earlier one.
+std::string words(const Coincidences& found, const Cloud& cloud, std::int64_t count,
+                  std::int64_t all);
 
 /// r_ij = x_j - x_i, in periodic directions to the nearest image of j.
 template <int D>

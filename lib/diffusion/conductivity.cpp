@@ -20,9 +20,15 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
     if (!(conductivity[i] > 0 && std::isfinite(conductivity[i])))
       throw InvalidInput("the conductivity at point " + std::to_string(i) +
                          " must be > 0 and finite, not " + shortest(conductivity[i]));
+  constexpr double rounding = 1e-12;
   for (int k = 0; k < psi.rows(); ++k) {
     const int i = laplacian.points.empty() ? k : laplacian.points[k];
-    double sum = 0;
+    double sum = 0, kept = 0, size = 0;  // kept: what the row sums to
+    for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
+      kept += a.value();
+      size += std::abs(a.value());
+    }
+    if (std::abs(kept) <= rounding * size) kept = 0;
     double* diagonal = nullptr;
     for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
       const double here = conductivity[i], there = conductivity[a.col()];
@@ -33,7 +39,7 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
         sum += a.value();
       }
     }
-    if (diagonal) *diagonal = 0 - sum;
+    if (diagonal) *diagonal = conductivity[i] * kept - sum;
   }
   return laplacian;
 }

@@ -8,6 +8,7 @@
 
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "cloud/points.hpp"
 #include "gradpsi/error.hpp"
 #include "operators/positive.hpp"
@@ -73,9 +74,10 @@ std::vector<WallStencil> wall_stencils(const Cloud& cloud, const Neighbours& nea
 }
 
 /// Appends a wall's row, the neighbours that count and the diagonal.
-void append(const WallStencil& wall, std::span<const int> neighbours, int i, SparseMatrix& matrix,
-            int row) {
-  double sum = 0;
+/// @param lost  what the point loses through the wall, per u
+void append(const WallStencil& wall, std::span<const int> neighbours, double lost, int i,
+            SparseMatrix& matrix, int row) {
+  double sum = lost;
   for (const double a : wall.weights) sum += a;
   bool diagonal = false;
   const auto append_diagonal = [&] {
@@ -95,6 +97,7 @@ FluxWalls some_of(const FluxWalls& walls, const std::vector<int>& numbers) {
   for (const int k : numbers) result.points.push_back(walls.points[k]);
   result.normals = walls.normals(numbers, Eigen::all);
   if (walls.flux.size() > 0) result.flux = walls.flux(numbers);
+  if (walls.transfer.size() > 0) result.transfer = walls.transfer(numbers);
   return result;
 }
 
@@ -109,9 +112,11 @@ void check(const Operator& laplacian, const Cloud& cloud) {
 
 void check(const FluxWalls& walls, const Cloud& cloud) {
   const auto count = std::ssize(walls.points);
-  if (walls.flux.size() != 0 && walls.flux.size() != count)
-    throw InvalidInput("flux has " + std::to_string(walls.flux.size()) + " entries for " +
-                       std::to_string(count) + " walls");
+  for (const auto& [name, values] :
+       {std::pair{"flux", &walls.flux}, std::pair{"transfer", &walls.transfer}})
+    if (values->size() != 0 && values->size() != count)
+      throw InvalidInput(name + (" has " + std::to_string(values->size())) + " entries for " +
+                         std::to_string(count) + " walls");
   if (count > 0 && (walls.normals.rows() != count || walls.normals.cols() != cloud.dimension()))
     throw InvalidInput("normals is " + std::to_string(walls.normals.rows()) + " x " +
                        std::to_string(walls.normals.cols()) + " for " + std::to_string(count) +
@@ -128,6 +133,9 @@ void check(const FluxWalls& walls, const Cloud& cloud) {
       throw InvalidInput("the normal at point " + number(cloud, i) + " is zero or not finite");
     if (walls.flux.size() > 0 && !std::isfinite(walls.flux[k]))
       throw InvalidInput("the flux at point " + number(cloud, i) + " is not finite");
+    if (walls.transfer.size() > 0 && !(walls.transfer[k] >= 0 && std::isfinite(walls.transfer[k])))
+      throw InvalidInput("the transfer coefficient at point " + number(cloud, i) +
+                         " must be >= 0 and finite, not " + shortest(walls.transfer[k]));
   }
 }
 
@@ -161,10 +169,12 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
         matrix.insertBack(row, a.col()) = a.value();
       continue;
     }
-    const WallStencil& wall = stencils[place[i]];
-    append(wall, near.of(i), i, matrix, row);
-    if (walls.flux.size() > 0)
-      result.source[i] = wall.slope * walls.flux[place[i]] / walls.normals.row(place[i]).norm();
+    const int k = place[i];
+    const WallStencil& wall = stencils[k];
+    const double slope = wall.slope / walls.normals.row(k).norm();
+    append(wall, near.of(i), walls.transfer.size() > 0 ? slope * walls.transfer[k] : 0, i, matrix,
+           row);
+    if (walls.flux.size() > 0) result.source[i] = slope * walls.flux[k];
     if (op.rows.outcome.empty()) continue;
     op.rows.outcome[row] = wall.outcome;
     op.rows.reciprocal_condition[row] = wall.reciprocal_condition;

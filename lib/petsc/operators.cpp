@@ -7,6 +7,7 @@
 
 #include "base/sum.hpp"
 #include "base/text.hpp"
+#include "cloud/points.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/petsc.hpp"
 #include "petsc/collective.hpp"
@@ -61,6 +62,24 @@ void check_isolation(const Subdomain& mine, const Neighbours& near) {
                      " points have no neighbour within their support");
 }
 
+/// Throws if points coincide, counting those of all processes.
+void check_coincidences(const Partition& partition) {
+  const MPI_Comm comm = partition.comm();
+  const Subdomain mine(partition, DenseVector::Zero(1));
+  const Coincidences found = coincidences(mine.cloud());
+  std::int64_t count = 0, first = std::numeric_limits<std::int64_t>::max();
+  for (const int i : found.points) {
+    if (!std::ranges::binary_search(mine.own(), i)) continue;  // another process counts it
+    first = std::min(first, mine.cloud().number(i));
+    ++count;
+  }
+  const std::int64_t lowest = least_of(comm, first), all = sum_of(comm, count);
+  together(comm, [&] {
+    if (count > 0 && first == lowest)
+      throw InvalidInput(words(found, mine.cloud(), all, partition.size()));
+  });
+}
+
 }  // namespace
 
 double spacing(const Partition& partition, int threads) {
@@ -108,10 +127,15 @@ Neighbours find_neighbours(const Subdomain& mine, const VectorView& supports, in
   });
   const DenseVector all = one ? DenseVector(supports) : DenseVector(mine.spread(supports));
   Neighbours near;
-  together(comm, [&] {
-    check_supports(mine, all, 1);
-    near = gradpsi::find_neighbours(mine.cloud(), all, mine.own(), threads);
-  });
+  try {
+    together(comm, [&] {
+      check_supports(mine, all, 1);
+      near = gradpsi::find_neighbours(mine.cloud(), all, mine.own(), threads);
+    });
+  } catch (const InvalidInput&) {
+    check_coincidences(mine.partition());
+    throw;
+  }
   check_isolation(mine, near);
   return near;
 }

@@ -216,10 +216,12 @@ Raises InvalidInput if sizes disagree or a number is out of range (names the poi
 
 py::tuple operator_with_walls(const Operator& laplacian, const Cloud& cloud, const Neighbours& near,
                               const ArrayLike& where, const ArrayLike& normals,
-                              const ArrayLike& flux, int threads) {
+                              const ArrayLike& flux, const ArrayLike& transfer, int threads) {
   FluxWalls walls{.points = points(where, "points", cloud.size()),
                   .normals = positions(normals, "normals")};
-  walls.flux = optional_vector(flux, "flux", static_cast<Eigen::Index>(walls.points.size()));
+  const auto count = static_cast<Eigen::Index>(walls.points.size());
+  walls.flux = optional_vector(flux, "flux", count);
+  walls.transfer = optional_vector(transfer, "transfer", count);
   WithWalls found = without_gil([&] { return with_walls(laplacian, cloud, near, walls, threads); });
   const auto& remaining = found.remaining.points;
   const py::array_t<double> source(found.source.size(), found.source.data());
@@ -229,11 +231,13 @@ py::tuple operator_with_walls(const Operator& laplacian, const Cloud& cloud, con
 
 void bind_walls(py::module_& m) {
   m.def("with_walls", &operator_with_walls, py::arg("laplacian"), py::arg("cloud"), py::arg("near"),
-        py::arg("points"), py::arg("normals"), py::arg("flux") = py::none(), py::arg("threads") = 0,
-        R"(A new operator whose rows at walls, where n . grad u = flux, know the slope: positive
-stencils, exact on polynomials of degree 2, that let no field grow.
+        py::arg("points"), py::arg("normals"), py::arg("flux") = py::none(),
+        py::arg("transfer") = py::none(), py::arg("threads") = 0,
+        R"(A new operator whose rows at walls, where transfer u + n . grad u = flux, know the slope:
+positive stencils, exact on polynomials of degree 2, that let no field grow.
 
 points: m indices. normals: m x d, outward, of any length. flux: m numbers; None: 0.
+transfer: m numbers >= 0, for an exchange with what is at flux / transfer; None: 0.
 Returns the operator; n numbers, what the flux adds to lap u (to the source of ImplicitDiffusion,
 times the diffusivity); and the points whose row could not be made and is as it was: all their
 neighbours lie to one side of the normal.

@@ -235,6 +235,14 @@ walls: WallConditions. solver: SolverOptions.
 Raises InvalidInput if sizes disagree, a number is out of range, or a point has two conditions;
 SolverError if the system is singular.)";
 
+constexpr auto damped_step_doc =
+    R"(As step(), by two backward Euler steps of half the length in place of one by
+Crank-Nicolson; they have the same matrix. As the first step from a field that jumps or does not
+meet the walls' conditions it damps what would oscillate, and those that follow are of order 2
+(Rannacher).
+
+Raises what step() raises, InvalidInput if theta is not 0.5.)";
+
 void bind_diffusion(py::module_& m) {
   py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
 method:
@@ -256,13 +264,7 @@ remains what it is.
 
 Raises InvalidInput if the size is wrong or a value is not finite (names the point); SolverError
 if the residual stays above the tolerance.)")
-      .def("damped_step", &stepped<&ImplicitDiffusion::damped_step>, py::arg("u"),
-           R"(As step(), by two backward Euler steps of half the length in place of one by
-Crank-Nicolson; they have the same matrix. As the first step from a field that jumps or does not
-meet the walls' conditions it damps what would oscillate, and those that follow are of order 2
-(Rannacher).
-
-Raises what step() raises, InvalidInput if theta is not 0.5.)")
+      .def("damped_step", &stepped<&ImplicitDiffusion::damped_step>, py::arg("u"), damped_step_doc)
       .def(
           "set_time_step",
           [](Diffusion& diffusion, double time_step) {

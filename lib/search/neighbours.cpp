@@ -51,12 +51,7 @@ void check_supports(const Cloud& cloud, const VectorView& supports) {
         "some points are so close together that their distance, squared, vanishes beside a support "
         "of " +
         shortest(support));
-  const int first = all.points.front();
-  throw InvalidInput("points " + std::to_string(cloud.number(all.first_partner)) + " and " +
-                     std::to_string(cloud.number(first)) + " coincide at " +
-                     coordinates(cloud.positions(), first) + "; " +
-                     std::to_string(all.points.size()) + " of " + std::to_string(cloud.size()) +
-                     " points coincide with an earlier one");
+  throw InvalidInput(words(all, cloud, std::ssize(all.points), cloud.size()));
 }
 
 /// Refuses what an int cannot count: neighbours and the diagonal.

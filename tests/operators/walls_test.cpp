@@ -82,8 +82,9 @@ TEST_P(Walls, RowsAreExactOnQuadraticsAndPositive) {
     }
 }
 
-/// u = exp(-t) sin(x) in 2D is -lap u = f with a flux on the whole circle but for a fixed point: of second order.
-TEST(Walls, FluxOnACircleIsOfSecondOrder) {
+/// -lap u = f on a disc with a flux on the whole circle but for three points that are fixed, or with exchange.
+/// @return  the largest errors
+std::vector<double> errors_on_a_disc(double transfer) {
   std::vector<double> errors;
   for (const int side : {20, 40, 80}) {
     Ball ball(2, side);
@@ -94,18 +95,77 @@ TEST(Walls, FluxOnACircleIsOfSecondOrder) {
     for (std::size_t k = 0; k < ball.walls.points.size(); ++k) {
       const int i = ball.walls.points[k];
       ball.walls.flux[k] = 2 * std::cos(2 * x[i]) * std::cos(y[i]) * x[i] -
-                           std::sin(2 * x[i]) * std::sin(y[i]) * y[i];
+                           std::sin(2 * x[i]) * std::sin(y[i]) * y[i] + transfer * u[i];
     }
+    ball.walls.transfer = Eigen::VectorXd::Constant(ball.walls.flux.size(), transfer);
     const WithWalls walled = with_walls(ball.laplacian, ball.cloud, ball.near, ball.walls);
-    const BoundaryConditions held{.fixed = {.points = {0, 1, 2}}};
+    BoundaryConditions held;
+    if (transfer == 0) held.fixed.points = {0, 1, 2};
     Eigen::VectorXd found = u;
     ImplicitDiffusion(ball.cloud, walled.laplacian, held,
                       {.time_step = infinity, .source = Eigen::VectorXd(f + walled.source)})
         .step(found);
     errors.push_back((found - u).cwiseAbs().maxCoeff());
   }
-  EXPECT_LT(errors[0], 0.05);
-  EXPECT_GT(std::log2(errors[0] / errors[2]) / 2, 1.6);
+  return errors;
+}
+
+TEST(Walls, FluxAndExchangeOnACircleAreOfSecondOrder) {
+  for (const double transfer : {0.0, 2.0}) {
+    const std::vector<double> errors = errors_on_a_disc(transfer);
+    EXPECT_LT(errors[0], 0.05);
+    EXPECT_GT(std::log2(errors[0] / errors[2]) / 2, 1.6) << transfer;
+  }
+}
+
+TEST_P(Walls, ExchangeIsAFluxThatFollowsTheField) {
+  Ball ball(GetParam());
+  const auto count = std::ssize(ball.walls.points);
+  const WithWalls insulated = with_walls(ball.laplacian, ball.cloud, ball.near, ball.walls);
+  ball.walls.flux = Eigen::VectorXd::LinSpaced(count, -1, 1);
+  ball.walls.transfer = Eigen::VectorXd::LinSpaced(count, 0, 2);
+  const WithWalls exchange = with_walls(ball.laplacian, ball.cloud, ball.near, ball.walls);
+  const Eigen::VectorXd u = Eigen::VectorXd::Random(ball.cloud.size());
+  FluxWalls same = ball.walls;
+  same.transfer = {};
+  for (int k = 0; k < count; ++k) same.flux[k] -= ball.walls.transfer[k] * u[same.points[k]];
+  const WithWalls flux = with_walls(ball.laplacian, ball.cloud, ball.near, same);
+  const Eigen::VectorXd expected = flux.laplacian.matrix() * u + flux.source;
+  EXPECT_LT((exchange.laplacian.matrix() * u + exchange.source - expected).norm(),
+            1e-12 * expected.norm());
+  // Conductivities multiply what is exchanged by that of the wall point, whatever the mean.
+  const double kappa = 2.5;
+  const auto conducting = [&](const Operator& laplacian) {
+    return with_conductivity(laplacian, Eigen::VectorXd::Constant(ball.cloud.size(), kappa),
+                             Mean::Harmonic);
+  };
+  const Eigen::VectorXd product = conducting(exchange.laplacian).matrix() * u;
+  EXPECT_LT((product - kappa * (exchange.laplacian.matrix() * u)).norm(), 1e-12 * product.norm());
+  EXPECT_LT((conducting(insulated.laplacian).matrix() * Eigen::VectorXd::Ones(u.size()))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-9);
+}
+
+TEST(Walls, ExchangeDrawsAFieldToItsSurroundingsAndNoFurther) {
+  Ball ball(2);
+  ball.laplacian =
+      assemble("laplacian-positive", ball.cloud, ball.near, {.on_degenerate = OnDegenerate::Widen});
+  const auto count = std::ssize(ball.walls.points);
+  ball.walls.normals /= 3;
+  ball.walls.transfer = Eigen::VectorXd::LinSpaced(count, 0.5, 2);
+  ball.walls.flux = 7 * ball.walls.transfer;  // 7 outside
+  const WithWalls walled = with_walls(ball.laplacian, ball.cloud, ball.near, ball.walls);
+  Eigen::VectorXd u = Eigen::VectorXd::Random(ball.cloud.size());
+  const double least = u.minCoeff();
+  ImplicitDiffusion heat(ball.cloud, walled.laplacian, {},
+                         {.time_step = 0.05, .source = walled.source});
+  for (int step = 0; step < 400; ++step) {
+    heat.step(u);
+    EXPECT_GE(u.minCoeff(), least - 1e-9);
+    EXPECT_LE(u.maxCoeff(), 7 + 1e-9);
+  }
+  EXPECT_GT(u.minCoeff(), 7 - 1e-3);
 }
 
 TEST(Walls, WithoutFluxNothingLeavesTheRangeItStartedFrom) {
@@ -138,6 +198,9 @@ TEST(Walls, WhatCannotBeIsNamed) {
   walls = ball.walls;
   walls.flux = Eigen::VectorXd::Ones(2);
   EXPECT_THAT(message(walls), HasSubstr("flux has 2 entries"));
+  walls = ball.walls;
+  walls.transfer = Eigen::VectorXd::Constant(std::ssize(walls.points), -1);
+  EXPECT_THAT(message(walls), HasSubstr("must be >= 0 and finite, not -1"));
 }
 
 // No weights of one sign make up for a normal that points inward: such a wall remains what it was.
@@ -145,11 +208,13 @@ TEST(Walls, ThatCannotBeTakenUpRemain) {
   Ball ball(2);
   ball.walls.normals.row(5) *= -1;
   ball.walls.flux = Eigen::VectorXd::LinSpaced(std::ssize(ball.walls.points), 0, 1);
+  ball.walls.transfer = ball.walls.flux;
   const WithWalls found = with_walls(ball.laplacian, ball.cloud, ball.near, ball.walls);
   const int i = ball.walls.points[5];
   ASSERT_EQ(found.remaining.points, std::vector{i});
   EXPECT_EQ(found.remaining.normals, ball.walls.normals.row(5));
   EXPECT_EQ(found.remaining.flux[0], ball.walls.flux[5]);
+  EXPECT_EQ(found.remaining.transfer[0], ball.walls.transfer[5]);
   EXPECT_EQ((found.laplacian.matrix().row(i) - ball.laplacian.matrix().row(i)).norm(), 0);
   EXPECT_EQ(found.source[i], 0);
 }

@@ -84,6 +84,27 @@ class Diffuse(DiffusionScene):
         self.assertLess(report["steps"]["largest_residual"], 1e-12)
         self.assertEqual(self.path("o.png").read_bytes()[1:4], b"PNG")
 
+    def test_exchange_at_walls(self):
+        """A slab between T = 0 at x = 0 and exchange with 10 at x = 1: T = 10 c x / (1 + c), whatever the rows at walls."""
+        side, c = np.linspace(0, 1, 15), 3.0
+        x, y = (a.ravel() for a in np.meshgrid(side, side))
+        wall = (x == 1) * 1.0
+        points = self.write_points({"x": x, "y": y, "T": 0 * x, "held": (x == 0) * 1.0, "nx": wall - (x == 0), "ny": (x < 1) * (x > 0) * (
+            (y == 1) * 1.0 - (y == 0)), "c": c * wall, "g": 10 * c * wall})
+        bare = ["diffuse", points, "--field", "T", "--scheme", "laplacian-mixed-soc-ls", "--support", 0.2, "--fixed", "held",
+                "--normal", "n", "--flux", "g", "--transfer", "c", "-o", self.path("o.csv"), "--on-degenerate", "widen"]
+        exact = 10 * c * x / (1 + c)
+        for rows in ["positive", "gradient-direct-foc"]:
+            self.run_program(*bare, "--steady", "--gradient", rows)
+            np.testing.assert_allclose(self.read_csv("o.csv")["T"], exact, atol=1e-9)
+        steps = ["--time-step", 0.1, "--steps", 200]
+        self.run_program(*bare, *steps)
+        np.testing.assert_allclose(self.read_csv("o.csv")["T"], exact, atol=1e-4)
+        warm = self.write_points({**self.read_csv("points.csv"), "T": 300 + x, "g": 0 * x})
+        text = self.run_program("diffuse", warm, *bare[2:8], *bare[10:12], "--transfer", "c", *bare[16:], *steps)
+        self.assertNotIn("never leaves", text)  # it cools down to what is around it
+        self.assertLess(np.abs(self.read_csv("o.csv")["T"]).max(), 1e-3)
+
     def test_growth_is_an_error_with_a_way_out_that_works(self):
         """With sources or walls or without; steps of both methods, and the steady field."""
         cut = self.square(20, T=lambda x, y: (x < 0.5) * 1.0, held=lambda x, y: (x < 0.05) * 1.0, f=lambda x, y: 0 * x + 1)

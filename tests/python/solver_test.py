@@ -285,8 +285,9 @@ def test_refactored_solvers_solve_the_new_system():
             solver.solve(b, guess)
 
 
-def test_walls_with_a_flux_are_of_second_order():
-    """x^2 - y^2 on the unit square: three sides are held, a flux enters through x = 1; exact, being of degree 2."""
+@pytest.mark.parametrize("transfer", [0, 3])
+def test_walls_with_a_flux_or_exchange_are_of_second_order(transfer):
+    """x^2 - y^2 on the unit square: three sides are held, x = 1 is a wall; exact, being of degree 2."""
     side = np.linspace(0, 1, 15)
     x, y = (a.ravel() for a in np.meshgrid(side, side))
     inner = (x > 0) & (x < 1) & (y > 0) & (y < 1)
@@ -296,8 +297,9 @@ def test_walls_with_a_flux_are_of_second_order():
     near = gradpsi.find_neighbours(cloud, 0.2)
     laplacian = gradpsi.assemble("laplacian-ls-2", cloud, near)
     walls = np.flatnonzero((x == 1) & (y > 0) & (y < 1))
-    laplacian, source, remaining = gradpsi.with_walls(laplacian, cloud, near, walls, [[2, 0]] * walls.size,
-                                                      4 * np.ones(walls.size))
+    flux = 4 + transfer * (1 - y[walls] ** 2)
+    laplacian, source, remaining = gradpsi.with_walls(laplacian, cloud, near, walls, [[2, 0]] * walls.size, flux,
+                                                      transfer * np.ones(walls.size))
     assert remaining.size == 0
     held = np.flatnonzero((x == 0) | (y == 0) | (y == 1))
     exact = x**2 - y**2

@@ -186,6 +186,7 @@ def with_walls(
     points: ArrayLike,
     normals: ArrayLike,
     flux: ArrayLike | None = None,
+    transfer: ArrayLike | None = None,
     threads: int = 0,
 ) -> tuple[Operator, _Doubles, _Ints]: ...
 
