@@ -35,6 +35,9 @@ void OperatorOptions::declare(Options& options) {
       "--on-degenerate", on_degenerate, {"fail", "lower", "widen", "zero"}, "POLICY",
       "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
       "to three times, or leave them zero [fail; widen where no support is given]");
+  options.flag("--on-surface", on_surface,
+               "The points lie on a surface in 3D: derivatives are those within it, the\n"
+               "gradient along it and the Laplace-Beltrami operator; volumes are areas");
   options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
 }
 
@@ -63,7 +66,8 @@ AssemblyOptions assembly_options(const OperatorOptions& options, const Table& ta
                            : policy == "lower" ? OnDegenerate::Lower
                            : policy == "widen" ? OnDegenerate::Widen
                                                : OnDegenerate::Zero,
-          .threads = options.threads};
+          .threads = options.threads,
+          .on_surface = options.on_surface};
 }
 
 Problem read_problem(const PointOptions& options, Report& report) {
@@ -89,8 +93,13 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
   const bool empty = problem.cloud.size() == 0;  // no rows, no supports
   const Cloud& cloud = problem.cloud;
   const DenseVector one = DenseVector::Ones(1);
+  const bool areas = options.on_surface && cloud.dimension() == 3 && cloud.has_volumes();
+  const auto spacing = [&] {  // areas are no volumes
+    return areas ? local_spacing(Cloud(cloud.positions(), {.box = cloud.box()}), options.threads)
+                 : local_spacing(cloud, options.threads);
+  };
   const Lie lie{
-      .spacing = [&] { return empty ? one : local_spacing(cloud, options.threads); },
+      .spacing = [&] { return empty ? one : spacing(); },
       .kth_nearest =
           [&](int k) { return empty ? one : kth_nearest_distances(cloud, k, options.threads); }};
   const Eigen::VectorXd h = supports(options, problem.table, lie);

@@ -20,6 +20,7 @@ struct OperatorOptions : PointOptions {
   std::optional<double> support, support_ratio;
   std::optional<int> neighbours;
   std::optional<std::string> on_degenerate;
+  bool on_surface = false;
   std::filesystem::path report;
 
   void declare(Options& options);

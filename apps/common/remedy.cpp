@@ -77,7 +77,8 @@ std::ptrdiff_t computed(const Scheme& scheme, const Problem& problem, AssemblyOp
 }
 
 /// What of the points' own shape stands in the way, which no support and no policy can help; "": nothing.
-std::string flatness(const Problem& problem, const std::vector<int>& points) {
+std::string flatness(const Scheme& scheme, const Problem& problem, const AssemblyOptions& assembly,
+                     const std::vector<int>& points) {
   const Cloud& cloud = problem.cloud;
   if (cloud.dimension() == 1) return "";
   const bool plane = cloud.dimension() == 2;
@@ -85,12 +86,15 @@ std::string flatness(const Problem& problem, const std::vector<int>& points) {
     return std::string("the points lie in a ") + (plane ? "line" : "plane or line") + " up to " +
            text(extent) + " of their extent: no derivative across it can be told from them. Give " +
            "their coordinates within it";
-  if (on_a_surface(problem, points))
-    return std::string("their neighbours lie on a ") + (plane ? "line" : "surface") +
-           ", across which no derivative can be told from them: no support and no policy helps "
-           "in " +
-           std::to_string(cloud.dimension()) + "D";
-  return "";
+  if (assembly.on_surface || !on_a_surface(problem, points)) return "";
+  AssemblyOptions within = assembly;
+  within.on_surface = true;
+  const auto found = computed(scheme, problem, within, points, assembly.on_degenerate, 1);
+  return std::string("their neighbours lie on a ") + (plane ? "line" : "surface") +
+         ", across which no derivative can be told from them: " +
+         (found == std::ssize(points)
+              ? "--on-surface computes those within it"
+              : "no support and no policy helps in " + std::to_string(cloud.dimension()) + "D");
 }
 
 }  // namespace
@@ -105,7 +109,8 @@ std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions
   const bool widened = assembly.on_degenerate == OnDegenerate::Widen;
   const auto by_widening = widened ? 0 : computes(OnDegenerate::Widen, 1);
   if (by_widening == std::ssize(points)) return "; --on-degenerate widen computes them";
-  if (const std::string why = flatness(problem, points); !why.empty()) return "; " + why;
+  if (const std::string why = flatness(scheme, problem, assembly, points); !why.empty())
+    return "; " + why;
   const std::string tried = by_widening == 0
                                 ? ""
                                 : " (--on-degenerate widen " + std::to_string(by_widening) +

@@ -20,6 +20,13 @@ struct AssemblyOptions {
   /// Assemble these rows only, in this order (0-based points). Unset: all rows.
   std::optional<std::vector<int>> rows = {};
   int threads = 0;  ///< 0: as many as OpenMP offers; the result does not depend on it
+  /// Whether the points, which have three coordinates, lie on a surface, and derivatives are those within it:
+  /// the gradient along the surface, its components in x, y and z, and the Laplace-Beltrami operator.
+  /// Each row is the scheme's in two dimensions, of the neighbours' projections onto the plane that
+  /// touches the surface at the point, by a polynomial of degree max(2, degree(scheme)) fitted to their
+  /// heights. Volumes are areas. A row whose neighbours lie on no such surface is degenerate.
+  /// Points of one or two coordinates are a line or a plane by themselves: nothing changes.
+  bool on_surface = false;
 };
 
 /// The derivative operator of `scheme` on `cloud`.
@@ -35,12 +42,12 @@ struct AssemblyOptions {
 /// nor definite, and near surfaces their diagonals may have either sign, but for positive stencils:
 /// minus that matrix is an M-matrix.
 ///
-/// Without volumes in the cloud, number_density_volumes() are used.
+/// Without volumes in the cloud, number_density_volumes() are used, on a surface number_density_areas().
 /// Cost, with m = unknowns(scheme, d): O(m^2) per neighbour and O(m^3) per row.
 ///
 /// @throws InvalidInput  if `scheme` is not one of schemes(), sizes disagree, a row or the number of
-///   threads is out of range, a support is so large that 1/h or 1/h^2 is below a double, or there would
-///   be more than 2^31 - 1 entries
+///   threads is out of range, a support is so large that 1/h or 1/h^2 is below a double, there would
+///   be more than 2^31 - 1 entries, or a Hessian is asked for on a surface
 /// @throws StencilError  for the first degenerate row (policy Fail), naming the point, its neighbour
 ///   count and the reciprocal condition number
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
@@ -79,6 +86,11 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::
 ///   is beyond a double
 DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near,
                                    const Kernel& kernel = kernels().front(), int threads = 0);
+
+/// Areas of points on a surface in three dimensions, in the same way by the kernel of two (n, length^2).
+/// @throws InvalidInput  as above
+DenseVector number_density_areas(const Cloud& cloud, const Neighbours& near,
+                                 const Kernel& kernel = kernels().front(), int threads = 0);
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

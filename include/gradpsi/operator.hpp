@@ -54,10 +54,13 @@ struct RowReport {
 /// A derivative as sparse matrices, and how its rows came about.
 struct Operator {
   std::vector<SparseMatrix> axes;  ///< one for each of components(): d/dx, d/dy, ..; d^2/dx^2, ..
-  DenseVector volumes;             ///< of all n points, the cloud's or by number density
-  RowReport rows;                  ///< how each row came about
+  DenseVector volumes;  ///< of all n points, the cloud's or by number density; areas on a surface
+  RowReport rows;       ///< how each row came about
   std::vector<int> points =
       {};  ///< whose rows these are, AssemblyOptions::rows; empty: all, in order
+  /// Rows x 3, on a surface: its normal at each, of length 1 and of either sign, 0 where there is none;
+  /// else empty.
+  Positions normals = {};
 
   const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
 };

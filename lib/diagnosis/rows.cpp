@@ -10,7 +10,7 @@
 
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
-#include "cloud/points.hpp"
+#include "cloud/geometry.hpp"
 #include "gradpsi/error.hpp"
 #include "schemes/targets.hpp"
 
@@ -49,11 +49,13 @@ std::vector<Monomial<D>> monomials(int most) {
 }
 
 /// Sums over the entries of a row: moments of degree 1 to K and magnitudes up to degree K + 1.
-template <int D>
+template <class Geometry>
 class RowSums {
+  static constexpr int D = Geometry::dimension;
+
  public:
-  RowSums(const Cloud& cloud, int K)
-      : cloud_(cloud),
+  RowSums(const Geometry& geometry, int K)
+      : geometry_(geometry),
         basis_(monomials<D>(K)),
         moments_(basis_.size()),
         powers_(K + 1),
@@ -64,12 +66,13 @@ class RowSums {
     sizes_.setZero();
     sum_ = diagonal_ = 0;
     entries_ = weights_ = negative_ = 0;
+    geometry_.stand_at(i);
     for (SparseMatrix::InnerIterator entry(A, i); entry; ++entry, ++entries_) {
       sum_ += entry.value();
       if (entry.col() == i)
         diagonal_ = std::abs(entry.value());
       else
-        add(entry.value(), displacement<D>(cloud_, i, static_cast<int>(entry.col())));
+        add(entry.value(), geometry_.offset(i, static_cast<int>(entry.col())));
     }
   }
 
@@ -79,7 +82,7 @@ class RowSums {
     Eigen::RowVectorXd residuals = Eigen::RowVectorXd::Zero(K + 1);
     residuals[0] = std::abs(sum_) + (entries_ + 1) * rounding * (sizes_[0] + diagonal_);
     for (std::size_t m = 0; m < basis_.size(); ++m) {
-      const double off = moments_[m] - target.of(axis, basis_[m].alpha);
+      const double off = moments_[m] - wanted(target, axis, basis_[m].alpha);
       residuals[basis_[m].degree] += basis_[m].count * off * off;
     }
     for (int k = 1; k <= K; ++k) residuals[k] = std::sqrt(residuals[k]) / factorial(k);
@@ -107,7 +110,15 @@ class RowSums {
     }
   }
 
-  const Cloud& cloud_;
+  /// The moment that the output `axis` of a target is to have.
+  double wanted(const Target& target, int axis, const std::array<int, D>& alpha) const {
+    if (target.order != 1) return target.of(axis, alpha);
+    double sum = 0;
+    for (int b = 0; b < D; ++b) sum += geometry_.along(axis)[b] * target.of(b, alpha);
+    return sum;
+  }
+
+  Geometry geometry_;
   std::vector<Monomial<D>> basis_;
   std::vector<double> moments_;
   std::vector<std::array<double, D>> powers_;
@@ -116,12 +127,15 @@ class RowSums {
   int entries_ = 0, weights_ = 0, negative_ = 0;
 };
 
-template <int D>
-RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& op, int threads) {
-  const int n = cloud.size(), q = order(scheme.derivative), K = std::max(degree(scheme), q) + 2;
+template <class Geometry>
+RowDiagnosis diagnose(const Scheme& scheme, const Geometry& geometry, const Operator& op,
+                      int threads) {
+  constexpr int D = Geometry::dimension;
+  const int n = static_cast<int>(op.volumes.size()), q = order(scheme.derivative),
+            K = std::max(degree(scheme), q) + 2;
   RowDiagnosis rows{DenseVector::Zero(n), DenseVector::Zero(n), DenseMatrix::Zero(n, K + 1),
                     DenseMatrix::Zero(n, K + 2)};
-  parallel_chunks(n, 512, threads, [&, row = RowSums<D>(cloud, K)](int begin, int end) mutable {
+  parallel_chunks(n, 512, threads, [&, row = RowSums(geometry, K)](int begin, int end) mutable {
     for (int i = begin; i < end; ++i) {
       const double dx = std::pow(op.volumes[i], 1.0 / D);
       int negative = 0, weights = 0;
@@ -148,8 +162,10 @@ RowDiagnosis diagnose(const Scheme& scheme, const Cloud& cloud, const Operator& 
   if (op.axes.empty() || op.matrix().rows() != n || op.matrix().cols() != n ||
       op.volumes.size() != n)
     throw InvalidInput("the operator is not one of all " + std::to_string(n) + " points");
-  return dispatch(cloud.dimension(),
-                  [&](auto d) { return diagnose<decltype(d)::value>(scheme, cloud, op, threads); });
+  if (op.normals.size() > 0) return diagnose(scheme, TangentPlanes(cloud, op.normals), op, threads);
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return diagnose(scheme, Space<decltype(d)::value>(cloud), op, threads);
+  });
 }
 
 DenseVector error_bound(const RowDiagnosis& rows, const MatrixView& derivatives) {

@@ -11,6 +11,7 @@
 #include "gradpsi/error.hpp"
 #include "operators/degenerate.hpp"
 #include "operators/fill.hpp"
+#include "operators/surface.hpp"
 #include "operators/widen.hpp"
 #include "schemes/check.hpp"
 #include "schemes/recipe.hpp"
@@ -35,7 +36,9 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   static_cast<void>(recipe(scheme));
   checked_threads(options.threads);
   check_match(cloud, near);
-  check_kernel(options.kernel, cloud.dimension());
+  if (on_surface(cloud, options) && scheme.derivative == Derivative::Hessian)
+    throw InvalidInput(name(scheme) + " is not for surfaces: gradients and Laplacians are");
+  check_kernel(options.kernel, row_dimension(cloud, options));
   check_unit(scheme, near.supports);
   if (!options.rows) return;
   std::int64_t entries = 0;
@@ -48,12 +51,21 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   check_entries(entries);
 }
 
+DenseVector measures(const Cloud& cloud, const Neighbours& near, const AssemblyOptions& options) {
+  return (on_surface(cloud, options) ? number_density_areas : number_density_volumes)(
+      cloud, near, options.kernel, options.threads);
+}
+
 /// Gives the operator's matrices their pattern, copied from another's if there is one.
-void prepare(const Equations& equations, const Neighbours& near, const ChosenRows& rows,
-             const SparseMatrix* pattern, int threads, Operator& op) {
-  op.axes.resize(equations.outputs);
+void prepare(const Equations& equations, const Cloud& cloud, const Neighbours& near,
+             const ChosenRows& rows, const SparseMatrix* pattern, const AssemblyOptions& options,
+             Operator& op) {
+  const bool surface = on_surface(cloud, options);
+  op.axes.resize(surface ? surface_outputs(equations) : equations.outputs);
+  if (surface) op.normals.resize(rows.count, 3);
   for (SparseMatrix& matrix : op.axes) {
-    pattern ? copy_pattern(matrix, *pattern, threads) : set_pattern(matrix, near, rows, threads);
+    pattern ? copy_pattern(matrix, *pattern, options.threads)
+            : set_pattern(matrix, near, rows, options.threads);
     pattern = pattern ? pattern : &matrix;
   }
   op.rows = empty_report(rows.count);
@@ -64,8 +76,7 @@ void prepare(const Equations& equations, const Neighbours& near, const ChosenRow
 /// do not need is removed.
 void finish(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
             const AssemblyOptions& options, Operator& op) {
-  if (options.on_degenerate == OnDegenerate::Fail)
-    throw_if_degenerate(scheme, cloud, rows, op.rows);
+  if (options.on_degenerate == OnDegenerate::Fail) throw_if_degenerate(scheme, cloud, rows, op);
   if (options.on_degenerate == OnDegenerate::Widen) widen(scheme, cloud, rows, options, op);
   if (recipe(scheme).how == How::Programme)
     for (SparseMatrix& matrix : op.axes)
@@ -92,15 +103,13 @@ std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& s
   const ChosenRows rows = chosen_rows(options, cloud);
   std::vector<Operator> operators(schemes.size());
   std::vector<Request> requests;
-  operators[0].volumes = cloud.has_volumes()
-                             ? cloud.volumes()
-                             : number_density_volumes(cloud, near, options.kernel, options.threads);
+  operators[0].volumes = cloud.has_volumes() ? cloud.volumes() : measures(cloud, near, options);
   const DenseVector& volumes = operators[0].volumes;
   for (std::size_t r = 0; r < schemes.size(); ++r) {
     requests.push_back(
-        {&operators[r], ladder(schemes[r], cloud.dimension(), options.on_degenerate)});
-    prepare(requests[r].steps.front(), near, rows, r > 0 ? &operators[0].axes[0] : nullptr,
-            options.threads, operators[r]);
+        {&operators[r], ladder(schemes[r], row_dimension(cloud, options), options.on_degenerate)});
+    prepare(requests[r].steps.front(), cloud, near, rows, r > 0 ? &operators[0].axes[0] : nullptr,
+            options, operators[r]);
     if (r > 0) operators[r].volumes = volumes;
   }
   fill(cpu, requests, cloud, near, volumes, rows, options);
@@ -115,15 +124,15 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
   const ChosenRows rows = chosen_rows(options, cloud);
   check_pattern(scheme, cloud, near, rows, op, options);
   DenseVector computed;
-  if (!cloud.has_volumes())
-    computed = number_density_volumes(cloud, near, options.kernel, options.threads);
+  if (!cloud.has_volumes()) computed = measures(cloud, near, options);
   resize(op.volumes, cloud.size());
   op.volumes =
       cloud.has_volumes()
           ? cloud.volumes()
           : computed;  // copied, not moved: others may have views of the numbers that are there
-  fill(&cpu(), {{&op, ladder(scheme, cloud.dimension(), options.on_degenerate)}}, cloud, near,
-       op.volumes, rows, options);
+  if (on_surface(cloud, options)) resize(op.normals, rows.count, 3);
+  fill(&cpu(), {{&op, ladder(scheme, row_dimension(cloud, options), options.on_degenerate)}}, cloud,
+       near, op.volumes, rows, options);
   finish(scheme, cloud, rows, options, op);
 }
 

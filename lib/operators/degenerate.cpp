@@ -8,6 +8,7 @@
 #include "base/names.hpp"
 #include "base/text.hpp"
 #include "gradpsi/error.hpp"
+#include "operators/surface.hpp"
 
 namespace gradpsi {
 
@@ -25,7 +26,8 @@ RowReport empty_report(int rows) {
 }
 
 void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
-                         const RowReport& report) {
+                         const Operator& op) {
+  const RowReport& report = op.rows;
   const int count = report.degenerate();
   if (count == 0) return;
   const auto first =
@@ -33,14 +35,17 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
       report.outcome.begin();
   const int neighbours = report.neighbours[first];
   const double rcond = report.reciprocal_condition[first];
-  const int needed = unknowns(scheme, cloud.dimension());
+  const bool on_surface = op.normals.size() > 0;
+  const int needed = on_surface ? std::max(unknowns(scheme, 2), surface_unknowns(degree(scheme)))
+                                : unknowns(scheme, cloud.dimension());
   const std::string why =
       neighbours == 0       ? "it has no neighbour"
       : neighbours < needed ? "at least " + std::to_string(needed) + " neighbours are needed"
-      : recipe(scheme).how == How::Programme ? "none of its stencils is positive"
-      : rcond > checked_below                ? "its weights are not finite"
-      : rcond >= singular_below              ? "rounding makes its weights miss their conditions"
-                                             : "its moment system is singular";
+      : on_surface && op.normals.row(first).isZero() ? "its neighbours lie on no surface"
+      : recipe(scheme).how == How::Programme         ? "none of its stencils is positive"
+      : rcond > checked_below                        ? "its weights are not finite"
+      : rcond >= singular_below ? "rounding makes its weights miss their conditions"
+                                : "its moment system is singular";
   throw StencilError(name(scheme) + " cannot be computed at point " +
                          std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +
                          why + " (" + std::to_string(neighbours) +

@@ -15,8 +15,8 @@ RowReport empty_report(int rows);
 
 /// Solves the gathered row by the first equations that can be, else leaves it zero, and reports it as row
 /// k.
-template <int D>
-void solve_row(Row<D>& row, const std::vector<Equations>& steps, RowReport& report, int k) {
+template <class AnyRow>
+void solve_row(AnyRow& row, const std::vector<Equations>& steps, RowReport& report, int k) {
   report.outcome[k] = RowOutcome::Zero;
   report.degree[k] = -1;
   for (const Equations& step : steps) {
@@ -32,6 +32,6 @@ void solve_row(Row<D>& row, const std::vector<Equations>& steps, RowReport& repo
 
 /// Throws StencilError for the first degenerate row.
 void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
-                         const RowReport& report);
+                         const Operator& op);
 
 }  // namespace gradpsi

@@ -14,10 +14,13 @@
 
 namespace gradpsi {
 
-DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
-                                   int threads) {
+namespace {
+
+/// 1 / sum_j W_ij, W the kernel of so many dimensions.
+DenseVector number_density_measures(const Cloud& cloud, const Neighbours& near,
+                                    const Kernel& kernel, int dimension, int threads) {
   check_match(cloud, near);
-  check_kernel(kernel, cloud.dimension());
+  check_kernel(kernel, dimension);
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;
     DenseVector volumes(cloud.size());
@@ -30,8 +33,8 @@ DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near, c
     });
     for (int i = 0; i < cloud.size(); ++i) {
       const double h = near.support(i);
-      double unit = 1 / kernel.normalisation[D - 1];
-      for (int a = 0; a < D; ++a) unit *= h;
+      double unit = 1 / kernel.normalisation[dimension - 1];
+      for (int a = 0; a < dimension; ++a) unit *= h;
       volumes[i] *= unit;
       if (!(std::isnormal(volumes[i]) && volumes[i] > 0))
         throw InvalidInput("the number density of point " + std::to_string(cloud.number(i)) +
@@ -39,6 +42,18 @@ DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near, c
     }
     return volumes;
   });
+}
+
+}  // namespace
+
+DenseVector number_density_volumes(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
+                                   int threads) {
+  return number_density_measures(cloud, near, kernel, cloud.dimension(), threads);
+}
+
+DenseVector number_density_areas(const Cloud& cloud, const Neighbours& near, const Kernel& kernel,
+                                 int threads) {
+  return number_density_measures(cloud, near, kernel, 2, threads);
 }
 
 }  // namespace gradpsi

@@ -1,6 +1,7 @@
 #include "operators/fill.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "base/dispatch.hpp"
 #include "base/memory.hpp"
@@ -8,6 +9,7 @@
 #include "operators/batch/points.hpp"
 #include "operators/degenerate.hpp"
 #include "operators/row.hpp"
+#include "operators/surface.hpp"
 
 namespace gradpsi {
 namespace {
@@ -15,7 +17,7 @@ namespace {
 constexpr int rows_per_chunk = 512;
 
 /// What a thread needs to compute rows; a copy has memory of its own.
-template <int D>
+template <int D, class AnyRow = Row<D>>
 class RowWorker {
  public:
   RowWorker(const Cpu* cpu, const std::vector<Request>& requests, const Cloud& cloud,
@@ -87,6 +89,7 @@ class RowWorker {
     for (std::size_t o = 0; o < request.op->axes.size(); ++o)
       alone_.write(neighbours, i, static_cast<int>(o),
                    request.op->axes[o].valuePtr() + pattern_.outer[k]);
+    if constexpr (std::is_same_v<AnyRow, SurfaceRow>) request.op->normals.row(k) = alone_.normal();
   }
 
   const Cpu* cpu_;
@@ -100,7 +103,7 @@ class RowWorker {
   BatchRows pattern_;
   Plan plan_;
   std::vector<unsigned char> solved_;  // by system, of the chunk's rows
-  Row<D> alone_;
+  AnyRow alone_;
   LaneMemory memory_;
 };
 
@@ -109,6 +112,10 @@ class RowWorker {
 void fill(const Cpu* cpu, const std::vector<Request>& requests, const Cloud& cloud,
           const Neighbours& near, const DenseVector& volumes, const ChosenRows& rows,
           const AssemblyOptions& options) {
+  if (on_surface(cloud, options))
+    return parallel_chunks(
+        rows.count, rows_per_chunk, options.threads,
+        RowWorker<3, SurfaceRow>(nullptr, requests, cloud, near, volumes, rows, options));
   dispatch(cloud.dimension(), [&](auto d) {
     parallel_chunks(rows.count, rows_per_chunk, options.threads,
                     RowWorker<d>(cpu, requests, cloud, near, volumes, rows, options));

@@ -17,6 +17,14 @@ ChosenRows chosen_rows(const AssemblyOptions& options, const Cloud& cloud) {
   return {&*options.rows, static_cast<int>(options.rows->size())};
 }
 
+bool on_surface(const Cloud& cloud, const AssemblyOptions& options) {
+  return options.on_surface && cloud.dimension() == 3;
+}
+
+int row_dimension(const Cloud& cloud, const AssemblyOptions& options) {
+  return on_surface(cloud, options) ? 2 : cloud.dimension();
+}
+
 void check_entries(std::int64_t entries) {
   if (entries > std::numeric_limits<int>::max())
     throw InvalidInput("the rows would have " + std::to_string(entries) +
@@ -58,6 +66,7 @@ void copy_pattern(SparseMatrix& matrix, const SparseMatrix& other, int threads) 
 
 void check_pattern(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                    const ChosenRows& rows, const Operator& op, const AssemblyOptions& options) {
+  // The gradient along a surface has as many components as the points have coordinates.
   const auto axes = static_cast<std::size_t>(target(scheme.derivative).outputs(cloud.dimension()));
   if (recipe(scheme).how == How::Programme)
     throw InvalidInput("the pattern of " + name(scheme) +

@@ -15,6 +15,12 @@ struct ChosenRows {
 };
 ChosenRows chosen_rows(const AssemblyOptions& options, const Cloud& cloud);
 
+/// Whether rows are those of a surface; points of fewer coordinates than three have none but their own.
+bool on_surface(const Cloud& cloud, const AssemblyOptions& options);
+
+/// Dimensions of the rows' systems: those of the points, or of the surface they lie on.
+int row_dimension(const Cloud& cloud, const AssemblyOptions& options);
+
 /// Refuses what an int cannot count.
 void check_entries(std::int64_t entries);
 

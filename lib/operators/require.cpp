@@ -15,11 +15,13 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op,
     points.push_back(point);
     rows.push_back(k);
   }
-  RowReport report = empty_report(static_cast<int>(rows.size()));
-  report.neighbours = op.rows.neighbours(rows);
-  report.reciprocal_condition = op.rows.reciprocal_condition(rows);
-  std::ranges::fill(report.outcome, RowOutcome::Zero);
-  throw_if_degenerate(scheme, cloud, {&points, static_cast<int>(points.size())}, report);
+  Operator those;
+  those.rows = empty_report(static_cast<int>(rows.size()));
+  those.rows.neighbours = op.rows.neighbours(rows);
+  those.rows.reciprocal_condition = op.rows.reciprocal_condition(rows);
+  std::ranges::fill(those.rows.outcome, RowOutcome::Zero);
+  if (op.normals.size() > 0) those.normals = op.normals(rows, Eigen::all);
+  throw_if_degenerate(scheme, cloud, {&points, static_cast<int>(points.size())}, those);
 }
 
 }  // namespace gradpsi

@@ -27,11 +27,29 @@ void Row<D>::gather(const Cloud& cloud, std::span<const int> neighbours, double 
   n_ = static_cast<int>(neighbours.size());
   h_ = support;
   const double per_h = 1 / h_;
-  Columns s = this->s(), q = this->q(), volume = this->volume();
+  Columns s = this->s(), volume = this->volume();
   for (int k = 0; k < n_; ++k) {
     s.row(k) = displacement<D>(cloud, i, neighbours[k]) * per_h;
     volume(k) = volumes[neighbours[k]];
   }
+  prepare();
+}
+
+template <int D>
+void Row<D>::gather(double support, const Columns& s, const Columns& volumes) {
+  n_ = static_cast<int>(s.rows());
+  h_ = support;
+  Columns own_s = this->s(), own_volumes = volume();
+  own_s = s;
+  own_volumes = volumes;
+  prepare();
+}
+
+/// The distances, and the volumes in units of the support.
+template <int D>
+void Row<D>::prepare() {
+  const double per_h = 1 / h_;
+  Columns s = this->s(), q = this->q(), volume = this->volume();
   q = s.square().rowwise().sum().sqrt().min(1);  // rounding can lift a neighbour past the support
   // One h at a time: 1 / h^d may be beyond a double where omega / h^d is not.
   for (int a = 0; a < D; ++a) volume *= per_h;

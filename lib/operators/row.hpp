@@ -34,13 +34,14 @@ class Row {
   /// Takes up the neighbours of point i within `support`.
   void gather(const Cloud& cloud, std::span<const int> neighbours, double support,
               const DenseVector& volumes, int i);
+  /// Takes up neighbours at s (n x d), in units of the support, with these volumes (n x 1).
+  void gather(double support, const Columns& s, const Columns& volumes);
 
   /// Computes the weights a_ij of a scheme; zeros, if it cannot be.
   Solution solve(const Equations& equations);
 
-  /// a_ij of the last solve(), n x outputs, and their sums.
-  Columns weights() { return weights_.columns(n_, outputs_); }
-  const Eigen::ArrayXd& sums() const { return sums_; }
+  /// Matrices that the last solve() was about.
+  int outputs() const { return outputs_; }
 
   /// Writes one of the outputs as row i of a matrix, neighbours ascending, the diagonal in its place.
   void write(std::span<const int> neighbours, int i, int output, double* entry);
@@ -51,6 +52,9 @@ class Row {
   Columns volume() { return volume_.columns(n_, 1); }  // omega_j s_d / h^d
   Columns weight() { return weight_.columns(n_, 1); }  // omega_j phi(r), but for powers of h
 
+  Columns weights() { return weights_.columns(n_, outputs_); }  // a_ij of the last solve()
+
+  void prepare();
   void weigh(const Equations& equations);
   Solution given(const Equations& equations);
   Solution moments(const Equations& equations);

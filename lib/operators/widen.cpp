@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "operators/degenerate.hpp"
 #include "operators/row.hpp"
+#include "operators/surface.hpp"
 #include "search/search.hpp"
 
 namespace gradpsi {
@@ -19,18 +21,20 @@ namespace {
 struct WidenedRow {
   std::vector<int> columns;    // with the diagonal; empty: could not be solved
   std::vector<double> values;  // output by output
+  Eigen::RowVector3d normal;   // on a surface
 };
 using WidenedRows = std::map<int, WidenedRow>;
 
-template <int D>
-WidenedRow widened_row(Row<D>& row, std::span<const int> neighbours, int i) {
+template <class AnyRow>
+WidenedRow widened_row(AnyRow& row, std::span<const int> neighbours, int i) {
   WidenedRow result;
   result.columns.assign(neighbours.begin(), neighbours.end());
   result.columns.insert(std::ranges::lower_bound(result.columns, i), i);
-  const std::size_t entries = result.columns.size(), outputs = row.sums().size();
+  const std::size_t entries = result.columns.size(), outputs = row.outputs();
   result.values.resize(outputs * entries);
   for (std::size_t o = 0; o < outputs; ++o)
     row.write(neighbours, i, static_cast<int>(o), result.values.data() + o * entries);
+  if constexpr (std::is_same_v<AnyRow, SurfaceRow>) result.normal = row.normal();
   return result;
 }
 
@@ -41,7 +45,7 @@ struct Attempt {
   std::vector<WidenedRow> rows;
 };
 
-template <int D>
+template <class AnyRow>
 Attempt attempt(const Equations& equations, const Cloud& cloud, const DenseVector& volumes,
                 const std::vector<int>& points, const DenseVector& supports,
                 const AssemblyOptions& options) {
@@ -49,7 +53,7 @@ Attempt attempt(const Equations& equations, const Cloud& cloud, const DenseVecto
   const Neighbours near = neighbours_around(cloud, points, supports, options.threads);
   Attempt result{supports, empty_report(count), std::vector<WidenedRow>(count)};
   parallel_chunks(count, 16, options.threads,
-                  [&, row = Row<D>(options.kernel)](int begin, int end) mutable {
+                  [&, row = AnyRow(options.kernel)](int begin, int end) mutable {
                     for (int z = begin; z < end; ++z) {
                       row.gather(cloud, near.of(z), supports[z], volumes, points[z]);
                       solve_row(row, {equations}, result.report, z);
@@ -93,7 +97,7 @@ double largest_support(const Cloud& cloud) {
 WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
                          const AssemblyOptions& options, Operator& op) {
   constexpr double step = 1.2;
-  const Equations asked = equations(scheme, cloud.dimension());
+  const Equations asked = equations(scheme, row_dimension(cloud, options));
   std::vector<int> zero;
   for (int k = 0; k < rows.count; ++k)
     if (op.rows.outcome[k] == RowOutcome::Zero) zero.push_back(k);
@@ -105,9 +109,12 @@ WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenR
       supports[std::ssize(points)] = std::min(factor * op.rows.supports[k], largest_support(cloud));
       points.push_back(rows.point(k));
     }
-    Attempt tried = dispatch(cloud.dimension(), [&](auto d) {
-      return attempt<d>(asked, cloud, op.volumes, points, supports, options);
-    });
+    Attempt tried =
+        on_surface(cloud, options)
+            ? attempt<SurfaceRow>(asked, cloud, op.volumes, points, supports, options)
+            : dispatch(cloud.dimension(), [&](auto d) {
+                return attempt<Row<d>>(asked, cloud, op.volumes, points, supports, options);
+              });
     zero = take(tried, zero, op.rows, solved);
   }
   return solved;
@@ -125,7 +132,7 @@ SparseMatrix with_rows(const SparseMatrix& matrix, const WidenedRows& replaced, 
   double* value = result.valuePtr();
   for (int k = 0; k < matrix.rows(); ++k) {
     if (const auto found = replaced.find(k); found != replaced.end()) {
-      const auto& [columns, values] = found->second;
+      const auto& [columns, values, normal] = found->second;
       column = std::ranges::copy(columns, column).out;
       value = std::copy_n(values.begin() + axis * std::ssize(columns), columns.size(), value);
     } else {
@@ -146,6 +153,8 @@ void widen(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
   if (widened.empty()) return;
   for (std::size_t axis = 0; axis < op.axes.size(); ++axis)
     op.axes[axis] = with_rows(op.axes[axis], widened, static_cast<int>(axis));
+  if (!on_surface(cloud, options)) return;
+  for (const auto& [k, row] : widened) op.normals.row(k) = row.normal;
 }
 
 }  // namespace gradpsi

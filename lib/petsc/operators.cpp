@@ -45,7 +45,8 @@ Cloud with_number_densities(const Subdomain& mine, const Neighbours& near,
   const Cloud& cloud = mine.cloud();
   DenseVector own;
   together(mine.partition().comm(), [&] {
-    own = number_density_volumes(cloud, near, options.kernel, options.threads)(mine.own());
+    const auto measures = options.on_surface ? number_density_areas : number_density_volumes;
+    own = measures(cloud, near, options.kernel, options.threads)(mine.own());
   });
   CloudOptions result{.volumes = mine.spread(own), .box = cloud.box()};
   for (int i = 0; i < cloud.size(); ++i) result.numbers.push_back(cloud.number(i));

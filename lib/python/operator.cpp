@@ -11,22 +11,24 @@ namespace {
 
 AssemblyOptions assembly_options(const Cloud& cloud, const std::string& kernel_name,
                                  const std::string& on_degenerate, const ArrayLike& rows,
-                                 int threads) {
+                                 bool on_surface, int threads) {
   AssemblyOptions options{.kernel = kernel(kernel_name),
                           .on_degenerate = choice<OnDegenerate>("on_degenerate", on_degenerate,
                                                                 {{"fail", OnDegenerate::Fail},
                                                                  {"lower", OnDegenerate::Lower},
                                                                  {"widen", OnDegenerate::Widen},
                                                                  {"zero", OnDegenerate::Zero}}),
-                          .threads = threads};
+                          .threads = threads,
+                          .on_surface = on_surface};
   if (!rows.is_none()) options.rows = points(rows, "rows", cloud.size());
   return options;
 }
 
 py::object assemble_one_or_more(const py::object& what, const Cloud& cloud, const Neighbours& near,
                                 const std::string& kernel, const std::string& on_degenerate,
-                                const ArrayLike& rows, int threads) {
-  const AssemblyOptions options = assembly_options(cloud, kernel, on_degenerate, rows, threads);
+                                const ArrayLike& rows, bool on_surface, int threads) {
+  const AssemblyOptions options =
+      assembly_options(cloud, kernel, on_degenerate, rows, on_surface, threads);
   if (py::isinstance<py::str>(what) || !py::isinstance<py::sequence>(what)) {
     const Scheme one = scheme(what);
     return py::cast(without_gil([&] { return assemble(one, cloud, near, options); }));
@@ -38,8 +40,9 @@ py::object assemble_one_or_more(const py::object& what, const Cloud& cloud, cons
 
 void assemble_again(const SchemeLike& what, const Cloud& cloud, const Neighbours& near,
                     Operator& op, const std::string& kernel, const std::string& on_degenerate,
-                    const ArrayLike& rows, int threads) {
-  const AssemblyOptions options = assembly_options(cloud, kernel, on_degenerate, rows, threads);
+                    const ArrayLike& rows, bool on_surface, int threads) {
+  const AssemblyOptions options =
+      assembly_options(cloud, kernel, on_degenerate, rows, on_surface, threads);
   const Scheme one = scheme(what);
   without_gil([&] { reassemble(one, cloud, near, op, options); });
 }
@@ -145,6 +148,8 @@ kernel: one of kernels().
 on_degenerate: what happens to rows that cannot be solved: "fail" (StencilError), "lower" their
   consistency, "widen" their support up to three times, leave them "zero". Operator.rows tells.
 rows: assemble these points' rows only, in this order (indices or a mask); None: all.
+on_surface: the points, n x 3, lie on a surface, and derivatives are those within it: the gradient
+  along it, the Laplace-Beltrami operator. Volumes are areas; Operator.normals tells its normals.
 threads: 0: as many as OpenMP offers; the result does not depend on it.
 Raises InvalidInput if there is no such scheme or kernel, sizes disagree or a number is out of
 range; StencilError for the first degenerate row (policy "fail").)";
@@ -179,18 +184,21 @@ A.copy() is free of that.)")
           [](const py::object& self) { return view(self.cast<const Operator&>().volumes, self); },
           "Of all n points, length^d: the cloud's or by number density; read-only, not a copy")
       .def_readonly("rows", &Operator::rows, "A RowReport")
+      .def_property_readonly(
+          "normals", [](const Operator& op) { return op.normals; },
+          "Rows x 3, on a surface: its normals, of length 1 and of either sign; else empty")
       .def("__repr__", &summary);
 }
 
 void bind_functions(py::module_& m) {
   m.def("assemble", &assemble_one_or_more, py::arg("scheme"), py::arg("cloud"), py::arg("near"),
         py::kw_only(), py::arg("kernel") = kernels().front().name,
-        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
-        assemble_doc);
+        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(),
+        py::arg("on_surface") = false, py::arg("threads") = 0, assemble_doc);
   m.def("reassemble", &assemble_again, py::arg("scheme"), py::arg("cloud"), py::arg("near"),
         py::arg("op"), py::kw_only(), py::arg("kernel") = kernels().front().name,
-        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(), py::arg("threads") = 0,
-        reassemble_doc);
+        py::arg("on_degenerate") = "fail", py::arg("rows") = py::none(),
+        py::arg("on_surface") = false, py::arg("threads") = 0, reassemble_doc);
   m.def("multiply", &product, py::arg("op"), py::arg("u"), py::arg("threads") = 0,
         R"(The derivative of u (n) by threads and vector code: the same as op.matrix @ u,
 faster.

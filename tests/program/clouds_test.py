@@ -51,7 +51,35 @@ class Clouds(ProgramTest):
         for scheme in ["laplacian-mixed-soc", "laplacian-mixed-soc-ls", "gradient-direct-soc"]:
             error = self.derive("sphere", scheme, "--support-ratio", 3, field="u", expect=1)
             self.assertIn("their neighbours lie on a surface", error)
-            self.assertNotIn("try a larger support", error)
+            self.assertIn("--on-surface computes those within it", error)
+
+    def test_31_surfaces_have_derivatives_within_them(self):
+        """The advice of the error before, on u = z, whose surface Laplacian is -2 z."""
+        for scheme, tolerance in [("laplacian-mixed-soc-ls", 0.05), ("laplacian-ls-3", 0.05), ("laplacian-positive", 0.1)]:
+            self.derive("sphere", scheme, "--neighbours", 30, "--on-surface", field="u")
+            found = self.read_csv("o.csv")
+            np.testing.assert_allclose(found["lap_u"], -2 * found["z"], atol=tolerance)
+        self.derive("sphere", "gradient-ls-2", "--on-surface", field="u")
+        found = self.read_csv("o.csv")
+        for axis, exact in [("x", -found["z"] * found["x"]), ("y", -found["z"] * found["y"]), ("z", 1 - found["z"] ** 2)]:
+            np.testing.assert_allclose(found[f"u_{axis}"], exact, atol=0.02)
+        text = self.run_program("inspect", CASES / "sphere.csv", "--scheme", "laplacian-ls-3", "--on-surface")
+        self.assertIn("derivatives           fit, exact on polynomials of degree 3", text)
+        self.assertIn("implicit steps        fit", text)
+
+    def test_31_a_cloud_is_no_surface(self):
+        random = np.random.default_rng(1)
+        points = self.write_points(dict(zip("xyzu", random.uniform(size=(4, 500)))))
+        error = self.run_program("derive", points, "--field", "u", "--scheme", "laplacian-ls-2", "--neighbours", 30,
+                                 "--on-surface", "-o", self.path("o.csv"), expect=1)
+        self.assertIn("its neighbours lie on no surface", error)
+
+    def test_31_heat_on_a_sphere(self):
+        """u = z decays by exp(-2 nu t)."""
+        self.run_program("diffuse", CASES / "sphere.csv", "--field", "u", "--scheme", "laplacian-ls-3", "--on-surface",
+                         "--time-step", 0.01, "--steps", 50, "--theta", 0.5, "-o", self.path("o.csv"))
+        found = self.read_csv("o.csv")
+        np.testing.assert_allclose(found["u"], found["z"] * np.exp(-1), atol=0.01)
 
     def test_32_graded_points_need_no_column(self):
         """Every row of an exact scheme, where one support for all left some without neighbours."""
