@@ -9,10 +9,6 @@
 #pragma GCC visibility push(default)
 namespace gradpsi {
 
-/// n x d, one row per point, d = 1, 2 or 3.
-using Positions =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor | Eigen::DontAlign>;
-
 /// What points may have beside their positions.
 struct CloudOptions {
   /// n volumes omega_j > 0 (length^d). Empty: assemble() takes number_density_volumes().

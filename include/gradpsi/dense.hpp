@@ -18,6 +18,9 @@ namespace gradpsi {
 using DenseVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign>;
 /// Numbers by row and column, stored column by column.
 using DenseMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign>;
+/// n x d, one row per point, d = 1, 2 or 3.
+using Positions =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor | Eigen::DontAlign>;
 /// Counts or indices.
 using IndexVector = Eigen::Matrix<int, Eigen::Dynamic, 1, Eigen::DontAlign>;
 /// Complex numbers, such as eigenvalues.

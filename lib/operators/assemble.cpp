@@ -15,6 +15,7 @@
 #include "operators/widen.hpp"
 #include "schemes/check.hpp"
 #include "schemes/recipe.hpp"
+#include "schemes/targets.hpp"
 #include "search/check.hpp"
 
 namespace gradpsi {
@@ -36,7 +37,8 @@ void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
   static_cast<void>(recipe(scheme));
   checked_threads(options.threads);
   check_match(cloud, near);
-  if (on_surface(cloud, options) && scheme.derivative == Derivative::Hessian)
+  if (on_surface(cloud, options) && order(scheme.derivative) > 1 &&
+      target(scheme.derivative).outputs(2) > 1)
     throw InvalidInput(name(scheme) + " is not for surfaces: gradients and Laplacians are");
   check_kernel(options.kernel, row_dimension(cloud, options));
   check_unit(scheme, near.supports);

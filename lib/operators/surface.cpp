@@ -9,7 +9,7 @@
 namespace gradpsi {
 
 int surface_outputs(const Equations& equations) {
-  return equations.scheme.derivative == Derivative::Gradient ? 3 : equations.outputs;
+  return equations.order == 1 ? 3 : equations.outputs;
 }
 
 int surface_unknowns(int degree) { return monomials_to(2, std::max(2, degree)); }

@@ -74,7 +74,8 @@ void bound_steps(const Neighbours& nearest, DenseVector& spacing) {
   for (int i = 0; i < n; ++i)
     if (!in_whose_list[i].empty()) largest_first.emplace(spacing[i], i);
   while (!largest_first.empty()) {
-    const auto [value, i] = largest_first.top();
+    const double value = largest_first.top().first;
+    const int i = largest_first.top().second;
     largest_first.pop();
     if (value < spacing[i]) continue;  // has been raised since
     const auto raise = [&](int j) {

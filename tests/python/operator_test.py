@@ -247,6 +247,20 @@ def test_chosen_rows_are_rows_of_the_whole(how):
     assert operator("laplacian-diffuse-soc", cloud, rows=[]).matrix.shape == (0, 144)
 
 
+def test_surfaces_have_derivatives_within_them():
+    i = np.arange(2000)
+    z, phi = 1 - (2 * i + 1) / 2000, i * np.pi * (3 - np.sqrt(5))
+    x = np.c_[np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z]
+    cloud = gradpsi.Cloud(x)
+    near = gradpsi.find_neighbours(cloud, 0.25)
+    laplacian, gradient = gradpsi.assemble(["laplacian-ls-3", "gradient-ls-3"], cloud, near, on_surface=True)
+    assert np.abs(laplacian.matrix @ z + 2 * z).max() < 0.02
+    assert np.abs((laplacian.normals * x).sum(1) ** 2 - 1).max() < 1e-4
+    assert np.abs(gradient.axes[2] @ z - (1 - z * z)).max() < 1e-3
+    with pytest.raises(gradpsi.StencilError):
+        gradpsi.assemble("laplacian-ls-3", cloud, near)
+
+
 @pytest.mark.parametrize(
     "rows, words",
     [

@@ -137,6 +137,8 @@ class Operator:
     def volumes(self) -> _Doubles: ...
     @property
     def rows(self) -> RowReport: ...
+    @property
+    def normals(self) -> _Doubles: ...
 
 _OnDegenerate = Literal["fail", "lower", "widen", "zero"]
 
@@ -149,6 +151,7 @@ def assemble(  # type: ignore[misc]  # a str is a sequence of str, too
     kernel: str = "wendland-c2",
     on_degenerate: _OnDegenerate = "fail",
     rows: ArrayLike | None = None,
+    on_surface: bool = False,
     threads: int = 0,
 ) -> Operator: ...
 @overload
@@ -160,6 +163,7 @@ def assemble(
     kernel: str = "wendland-c2",
     on_degenerate: _OnDegenerate = "fail",
     rows: ArrayLike | None = None,
+    on_surface: bool = False,
     threads: int = 0,
 ) -> list[Operator]: ...
 def reassemble(
@@ -171,6 +175,7 @@ def reassemble(
     kernel: str = "wendland-c2",
     on_degenerate: _OnDegenerate = "fail",
     rows: ArrayLike | None = None,
+    on_surface: bool = False,
     threads: int = 0,
 ) -> None: ...
 def multiply(op: Operator, u: ArrayLike, threads: int = 0) -> _Doubles: ...
