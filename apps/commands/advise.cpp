@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <gradpsi/error.hpp>
+#include <gradpsi/neighbours.hpp>
 #include <iostream>
 #include <memory>
 
 #include "commands.hpp"
 #include "commands/advice.hpp"
+#include "common/anisotropy.hpp"
 #include "common/columns.hpp"
 #include "common/points.hpp"
 #include "studies/candidates.hpp"
@@ -82,6 +84,9 @@ void run(const AdviseOptions& options) {
   for (const std::string& note : points.notes) std::cerr << "warning: " << note << '\n';
   check(options, points);
   const Trial trial = make_trial(options, points);
+  const Neighbours near = find_neighbours(points.cloud, trial.supports_of(3), options.threads);
+  if (const auto found = anisotropy(points.cloud, near, options.threads))
+    std::cerr << "warning: " << words(*found, points.axes) << '\n';
   std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
   const Candidate* chosen = cheapest(trial, all);
   std::cout << '\n'

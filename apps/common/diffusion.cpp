@@ -87,6 +87,8 @@ Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::v
   } catch (const StencilError& error) {
     throw std::runtime_error(words(error, report) + machine.remedy(options.scheme, assembly));
   }
+  if (options.symmetric_support)
+    op = with_symmetric_supports(options.scheme, std::move(op), options.threads);
   report.seconds.weights = watch.lap();
   return op;
 }

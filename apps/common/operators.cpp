@@ -8,6 +8,7 @@
 #include <gradpsi/scheme.hpp>
 #include <iostream>
 
+#include "common/anisotropy.hpp"
 #include "common/median.hpp"
 #include "common/remedy.hpp"
 #include "common/stopwatch.hpp"
@@ -31,6 +32,9 @@ void OperatorOptions::declare(Options& options) {
              "Support radius such that each point has N neighbours")
       .excludes(absolute)
       .excludes(relative);
+  options.flag("--symmetric-support", symmetric_support,
+               "Where supports differ, points count for one another if either is in the support\n"
+               "of the other, with the mean of both kernels: zoc matrices stay symmetric");
   options.choice(
       "--on-degenerate", on_degenerate, {"fail", "lower", "widen", "zero"}, "POLICY",
       "Rows that cannot be solved: fail, lower their consistency, widen their support up\n"
@@ -105,6 +109,8 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
   const Eigen::VectorXd h = supports(options, problem.table, lie);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   warn(warnings(problem.cloud, problem.near, options.threads), report);
+  if (const auto found = anisotropy(cloud, problem.near, options.threads))
+    warn({words(*found, problem.axes)}, report);
   report.seconds.search = watch.lap();
 }
 
@@ -138,6 +144,7 @@ DegenerateRows degenerate_rows(const Operator& op, const Cloud& cloud) {
 
 void describe(const Operator& op, const Problem& problem, Report& report) {
   if (!op.points.empty()) report.rows = op.matrix().rows();
+  report.supports_differ = problem.near.supports.size() > 1;
   report.entries = op.matrix().nonZeros();
   report.neighbours = neighbour_counts(problem.near);
   report.degenerate = degenerate_rows(op, problem.cloud);
@@ -150,6 +157,8 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
 
 void assemble(const OperatorOptions& options, Problem& problem, Report& report,
               const std::optional<std::vector<int>>& rows) {
+  if (rows && options.symmetric_support)
+    throw BadUsage("--symmetric-support", "needs the rows of all points");
   AssemblyOptions assembly = assembly_options(options, problem.table);
   assembly.rows = rows;
   find_neighbours(options, problem, report);
@@ -161,6 +170,8 @@ void assemble(const OperatorOptions& options, Problem& problem, Report& report,
                                                      rows.value_or(std::vector<int>())),
                        error.point, error.neighbours, error.reciprocal_condition);
   }
+  if (options.symmetric_support)
+    problem.op = with_symmetric_supports(options.scheme, std::move(problem.op), options.threads);
   report.seconds.weights = watch.lap();
   describe(problem.op, problem, report);
 }

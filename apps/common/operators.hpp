@@ -21,6 +21,7 @@ struct OperatorOptions : PointOptions {
   std::optional<int> neighbours;
   std::optional<std::string> on_degenerate;
   bool on_surface = false;
+  bool symmetric_support = false;
   std::filesystem::path report;
 
   void declare(Options& options);

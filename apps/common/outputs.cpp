@@ -108,6 +108,10 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
     std::cout << "coincident points dropped: " << report.dropped_points << '\n';
   if ((options.support || options.support_ratio || options.neighbours) && support_column)
     std::cout << "supports are those of the column 'support', not of the option\n";
+  if (report.supports_differ && !options.symmetric_support &&
+      symmetry(options.scheme) != Symmetry::None)
+    std::cout << "supports differ, so that the matrix is not " << name(symmetry(options.scheme))
+              << " after scaling by volume; with --symmetric-support it is\n";
   if (Scheme(options.scheme).consistency != Consistency::Zoc && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition
               << ", at point " << report.worst->point << '\n';

@@ -3,10 +3,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <gradpsi/assemble.hpp>
 #include <gradpsi/error.hpp>
 #include <numeric>
 
+#include "common/anisotropy.hpp"
 #include "common/median.hpp"
 
 namespace gradpsi::apps {
@@ -97,6 +99,26 @@ std::string flatness(const Scheme& scheme, const Problem& problem, const Assembl
               : "no support and no policy helps in " + std::to_string(cloud.dimension()) + "D");
 }
 
+/// x with two digits, or a bit more than it.
+double rounded_up(double x) {
+  const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+  return std::ceil(x / unit * (1 - 1e-9)) * unit;
+}
+
+/// One support for all that reaches across the largest of spacings that differ by direction, and computes all
+/// rows; 0: there is none.
+double support_across(const Problem& problem, int threads,
+                      const std::function<bool(double factor)>& computes_all) {
+  if (problem.near.supports.size() != 1) return 0;
+  const auto found = anisotropy(problem.cloud, problem.near, threads);
+  if (!found) return 0;
+  for (const double spacings : {2.5, 3.5, 5.0})
+    if (const double support = rounded_up(spacings * found->largest);
+        computes_all(support / problem.near.supports[0]))
+      return support;
+  return 0;
+}
+
 }  // namespace
 
 std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions assembly,
@@ -106,9 +128,15 @@ std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions
   const auto computes = [&](OnDegenerate policy, double factor) {
     return computed(scheme, problem, assembly, points, policy, factor);
   };
+  const auto computes_all = [&](double factor) {
+    return computes(OnDegenerate::Zero, factor) == std::ssize(points);
+  };
   const bool widened = assembly.on_degenerate == OnDegenerate::Widen;
   const auto by_widening = widened ? 0 : computes(OnDegenerate::Widen, 1);
   if (by_widening == std::ssize(points)) return "; --on-degenerate widen computes them";
+  if (const double support = support_across(problem, assembly.threads, computes_all); support > 0)
+    return "; --support " + text(support) +
+           ", which reaches across the largest spacings, computes them";
   if (const std::string why = flatness(scheme, problem, assembly, points); !why.empty())
     return "; " + why;
   const std::string tried = by_widening == 0
@@ -116,7 +144,7 @@ std::string remedy(const Scheme& scheme, const Problem& problem, AssemblyOptions
                                 : " (--on-degenerate widen " + std::to_string(by_widening) +
                                       " of " + std::to_string(points.size()) + ")";
   for (const double factor : {1.25, 1.5, 2.0, 3.0})
-    if (computes(OnDegenerate::Zero, factor) == std::ssize(points))
+    if (computes_all(factor))
       return "; a support " + text(factor) + " times as large computes them" + tried;
   if (assembly.on_degenerate != OnDegenerate::Lower &&
       computes(OnDegenerate::Lower, 1) == std::ssize(points))

@@ -95,6 +95,7 @@ struct Report {
   std::optional<Steps> steps;
   std::optional<WorstRow> worst;     ///< for people alone
   std::optional<std::int64_t> rows;  ///< how many were asked for, if not all; for people alone
+  bool supports_differ = false;      ///< for people alone
 };
 std::string json(const Report& report);
 

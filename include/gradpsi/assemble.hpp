@@ -38,7 +38,7 @@ struct AssemblyOptions {
 /// Laplacian entries 1/length^2.
 ///
 /// Signs and symmetry: with one support, zoc Laplacians are symmetric after scaling by volume (see
-/// symmetry()) and, but for direct, negative semi-definite. Corrected matrices are neither symmetric
+/// symmetry(); with several by with_symmetric_supports()) and, but for direct, negative semi-definite. Corrected matrices are neither symmetric
 /// nor definite, and near surfaces their diagonals may have either sign, but for positive stencils:
 /// minus that matrix is an M-matrix.
 ///
@@ -76,6 +76,23 @@ void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near
 /// @param except  points whose rows may be degenerate, in any order
 /// @throws StencilError  for the first degenerate row of another point, as assemble()
 void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::vector<int> except);
+
+/// A zoc operator whose supports differ made symmetric after scaling by volume, or antisymmetric, as
+/// symmetry() has it: j counts for i if it is in the support of either, with the mean of phi for both,
+///
+///     a_ij = omega_j (phi(r; h_i) + phi(r; h_j)) / 2     (gradients: times r_ij)
+///
+/// and rows sum to zero again. Supports need not be alike for it, but should vary slowly (local_spacing()):
+/// what that costs is of the order of grad h, squared. Rows that are zero for want of an answer stay so, and
+/// for their points other rows keep their own weights. `rows.neighbours` counts both kinds of neighbours.
+/// With one support nothing changes but by rounding. Cost: a transposition of each matrix.
+///
+/// @param scheme   what `op` was assembled with
+/// @param op       all n rows
+/// @param threads  0: as many as OpenMP offers; the result does not depend on it
+/// @throws InvalidInput  if symmetry(scheme) is None, if `op` has not all rows or not this scheme's number of
+///   matrices, if `threads` is out of range, or if there would be more than 2^31 - 1 entries
+Operator with_symmetric_supports(const Scheme& scheme, Operator op, int threads = 0);
 
 /// Volumes by number density, V_i = 1 / sum_j W_ij, j = i included, with row i's support (n, length^d).
 /// @param cloud    n points

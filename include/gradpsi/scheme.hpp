@@ -129,7 +129,8 @@ std::string formula(const Scheme& scheme);
 /// The consistency conditions that every row meets to rounding, with the paper's equation numbers.
 std::string_view conditions(const Scheme& scheme);
 
-/// What holds for the off-diagonal entries scaled by the row's volume, given one support for all.
+/// What holds for the off-diagonal entries scaled by the row's volume, given one support for all; for several
+/// see with_symmetric_supports().
 enum class Symmetry {
   None,
   Symmetric,     ///< omega_i a_ij = omega_j a_ji: zoc Laplacians

@@ -222,6 +222,23 @@ conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic
 Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");
 }
 
+void bind_supports(py::module_& m) {
+  m.def(
+      "with_symmetric_supports",
+      [](const SchemeLike& what, const Operator& op, int threads) {
+        const Scheme one = scheme(what);
+        return without_gil([&] { return with_symmetric_supports(one, op, threads); });
+      },
+      py::arg("scheme"), py::arg("op"), py::arg("threads") = 0,
+      R"(A new operator: a zoc operator whose supports differ made symmetric after scaling by
+volume, or antisymmetric (gradients).
+
+Points count for one another if either is in the support of the other, with the mean of both
+kernels. Supports should vary slowly, as those of local_spacing() do.
+scheme: what `op` was assembled with; one with symmetry other than "none". op: all rows.
+Raises InvalidInput if the scheme has no symmetry or `op` is not of it or lacks rows.)");
+}
+
 py::tuple operator_with_walls(const Operator& laplacian, const Cloud& cloud, const Neighbours& near,
                               const ArrayLike& where, const ArrayLike& normals,
                               const ArrayLike& flux, const ArrayLike& transfer, int threads) {
@@ -259,6 +276,7 @@ void bind_operator(py::module_& m) {
   bind_rows(m);
   bind_matrices(m);
   bind_functions(m);
+  bind_supports(m);
   bind_walls(m);
 }
 

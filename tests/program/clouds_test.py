@@ -2,11 +2,12 @@
 
 import math
 import re
+import subprocess
 import unittest
 
 import numpy as np
 
-from program import ROOT, ProgramTest
+from program import PROGRAM, ROOT, ProgramTest
 
 CASES = ROOT / "tests" / "cases"
 
@@ -93,6 +94,41 @@ class Clouds(ProgramTest):
         text = self.run_program("advise", CASES / "graded_10_to_1.csv", "--operator", "laplacian", "--tolerance", 0.05)
         self.assertRegex(text, "Take laplacian-[^ ]+ with --support-ratio")
         self.assertIn("808 points in 2D, spacing 0.01", text)
+
+    def test_32_spacings_that_differ_by_direction_are_said(self):
+        random = np.random.default_rng(1)
+        x, y = (a.ravel() for a in np.meshgrid(np.arange(0.05, 1, 0.1), np.arange(0.005, 1, 0.01)))
+        for turn, jitter, direction in [(0, 0, "y"), (0.6, 0, r"\(-?0\.5\d, -?0\.8\d\)"), (0, 0.002, "y")]:
+            a, b = (c + random.uniform(-jitter, jitter, c.size) for c in (x, y))
+            u, v = np.cos(turn) * a + np.sin(turn) * b, np.cos(turn) * b - np.sin(turn) * a
+            points = self.write_points({"x": u, "y": v, "T": u * u + v}, "bars.csv")
+            bare = ["derive", points, "--field", "T", "--scheme", "gradient-direct-soc", "-o", self.path("o.csv")]
+            said = "spacings differ by direction: along "
+            support = 0.3
+            if jitter == 0:
+                error = self.run_program(*bare, "--support-ratio", 3, expect=1, warning=said)
+                support = re.search(r"; --support (\S+), which reaches across the largest spacings, computes them", error)[1]
+                self.assertTrue(0.2 < float(support) < 0.6, support)
+            self.run_program(*bare, "--support", support, warning=said)
+            np.testing.assert_allclose(self.read_csv("o.csv")["T_x"], 2 * u, atol=1e-9)
+            done = subprocess.run([PROGRAM, *map(str, bare), "--support", support], capture_output=True, text=True)
+            self.assertRegex(done.stderr, said + direction + r" they are about ([89]|1\d) times smaller than the largest, 0\.(0[89]|1)")
+
+    def test_32_zoc_stays_symmetric_on_graded_points(self):
+        bare = ["diffuse", CASES / "graded_10_to_1.csv", "--field", "T", "--scheme", "laplacian-mixed-zoc", "--support-ratio", 3,
+                "--time-step", 0.01, "--steps", 3, "-o", self.path("o.csv")]
+        text = self.run_program(*bare)
+        self.assertIn("supports differ, so that the matrix is not symmetric after scaling by volume", text)
+        self.assertIn("solved by LU", text)
+        text = self.run_program(*bare, "--symmetric-support")
+        self.assertNotIn("supports differ", text)
+        self.assertIn("solved by Cholesky", text)
+        self.derive("graded_10_to_1", "laplacian-mixed-zoc", "--support-ratio", 3, "--symmetric-support")
+        error = self.derive("graded_10_to_1", "laplacian-mixed-soc", "--support-ratio", 3, "--symmetric-support", expect=1)
+        self.assertIn("laplacian-mixed-soc is not symmetric with any support", error)
+        error = self.derive("graded_10_to_1", "laplacian-mixed-zoc", "--support-ratio", 3, "--symmetric-support",
+                            "--rows", "T", expect=2)
+        self.assertIn("--symmetric-support: needs the rows of all points", error)
 
     def test_32_a_column_of_supports_is_advised_on_as_it_is(self):
         points = self.square(support=lambda x, y: 0.3 + 0 * x, T=lambda x, y: x)

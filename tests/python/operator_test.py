@@ -382,3 +382,21 @@ def test_conductivities_scale_entries_by_their_mean():
         gradpsi.with_conductivity(op, np.where(np.arange(144) == 3, -1, 1))
     with pytest.raises(gradpsi.InvalidInput, match="unknown mean"):
         gradpsi.with_conductivity(op, kappa, "geometric")
+
+
+def test_symmetric_supports_make_a_zoc_operator_symmetric():
+    rng = np.random.default_rng(2)
+    x = rng.random((200, 2))
+    cloud = gradpsi.Cloud(x)
+    near = gradpsi.find_neighbours(cloud, rng.uniform(0.2, 0.3, 200))
+    for scheme, sign in [("laplacian-mixed-zoc", 1), ("gradient-direct-zoc", -1)]:
+        own = gradpsi.assemble(scheme, cloud, near)
+        for A, B in zip(gradpsi.with_symmetric_supports(scheme, own).axes, own.axes):
+            scaled = A.toarray() * own.volumes[:, None]
+            before = B.toarray() * own.volumes[:, None]
+            np.fill_diagonal(scaled, 0)
+            np.fill_diagonal(before, 0)
+            assert np.allclose(scaled, (before + sign * before.T) / 2, rtol=1e-13)
+            assert np.allclose(A @ np.ones(200), 0, atol=1e-10)
+    with pytest.raises(gradpsi.InvalidInput, match="is not symmetric"):
+        gradpsi.with_symmetric_supports("laplacian-mixed-soc", own)
