@@ -22,11 +22,16 @@ using SelectFunction = int (*)(const double* const* x, const int* number, int co
 using NearestFunction = double (*)(const double* const* x, const int* number, int count,
                                    const double* centre, int self);
 
+/// The rank-th least of some values, 1 being the least, in count^2 steps; infinity if there are fewer.
+/// Infinite ones follow them.
+using RankedFunction = double (*)(const double* values, int count, int rank);
+
 /// By dimension - 1.
 struct CandidateKernels {
   FilterFunction filter[3];
   SelectFunction select[3];
   NearestFunction nearest[3];
+  RankedFunction ranked;  ///< of any dimension
 };
 
 template <int W>

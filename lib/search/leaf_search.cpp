@@ -7,6 +7,7 @@
 namespace gradpsi {
 namespace {
 
+constexpr int few = 64;  // measured: beyond, nth_element() is faster
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Calls visit(shift) for every combination of -length, 0, +length in the periodic directions.
@@ -98,20 +99,41 @@ double LeafSearch<D>::nearest_squared(int i, const Point<D>& x) const {
 }
 
 template <int D>
-double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count) {
-  squares_.clear();
-  for (int c = 0; c < count_; ++c) {
-    if (candidates_.number[c] == i) continue;
-    double squared = 0;
-    for (int a = 0; a < D; ++a) {
-      const double r = candidates_.x[a][c] - x[a];
-      squared += r * r;
-    }
-    squares_.push_back(squared);
+double LeafSearch<D>::squared_distance(const Point<D>& x, int c) const {
+  double squared = 0;
+  for (int a = 0; a < D; ++a) {
+    const double r = candidates_.x[a][c] - x[a];
+    squared += r * r;
   }
-  if (std::ssize(squares_) < count) return infinity;
+  return squared;
+}
+
+/// The count-th of the squares; infinity if there are fewer.
+template <int D>
+double LeafSearch<D>::least_square(int count) {
+  const auto size = std::ssize(squares_);
+  if (size < count) return infinity;
+  if (size <= few) {
+    squares_.resize(size + past_end, infinity);
+    return code_.ranked(squares_.data(), static_cast<int>(size), count);
+  }
   std::ranges::nth_element(squares_, squares_.begin() + count - 1);
   return squares_[count - 1];
+}
+
+template <int D>
+double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count, double reach) {
+  for (int c = static_cast<int>(places_.size()); c < count_ + past_end; ++c) places_.push_back(c);
+  within_.resize(std::max<std::size_t>(within_.size(), most()));
+  int at_x = 0;
+  const int found = code_.select[D - 1](candidates_.coordinates().data(), places_.data(), count_,
+                                        x.data(), reach * reach, within_.data(), &at_x);
+  squares_.assign(std::max(0, at_x - 1), 0.0);  // without the point itself
+  for (int k = 0; k < found; ++k)
+    if (candidates_.number[within_[k]] != i) squares_.push_back(squared_distance(x, within_[k]));
+  // Rounding may have left out who is just there.
+  const double least = least_square(count);
+  return least < reach * reach * (1 - 1e-14) ? least : infinity;
 }
 
 template <int D>

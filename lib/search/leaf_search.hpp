@@ -29,13 +29,15 @@ class LeafSearch {
   Found select(const Point<D>& x, double support, int* found) const;
   /// The least squared distance of point i, at x, from another one; infinity if there is none.
   double nearest_squared(int i, const Point<D>& x) const;
-  /// The count-th least one; infinity if there are fewer.
-  double nearest_squared(int i, const Point<D>& x, int count);
+  /// The count-th least one, if it is within the reach of gather(); else infinity.
+  double nearest_squared(int i, const Point<D>& x, int count, double reach);
 
  private:
   void make_room(int more);
   void gather(const Tree<D>& tree, const Box<D>& box, const Point<D>& shift);
   void merge(int begin, int middle, int end);
+  double squared_distance(const Point<D>& x, int c) const;
+  double least_square(int count);
 
   int count_ = 0;
   PointArrays<D> candidates_, sorted_;
@@ -44,6 +46,7 @@ class LeafSearch {
   std::vector<Leaf> leaves_;  // those of one image
   std::vector<std::uint64_t> keys_, merged_;
   std::vector<double> squares_;
+  std::vector<int> places_, within_;  // of all candidates, and of those within a reach
   bool periodic_ = false;
   CandidateKernels code_ = candidate_kernels(cpu());
 };

@@ -1,5 +1,8 @@
+#include "search/nearest.hpp"
+
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -8,7 +11,6 @@
 #include "gradpsi/error.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "search/leaf_search.hpp"
-#include "search/tree.hpp"
 
 namespace gradpsi {
 namespace {
@@ -30,43 +32,58 @@ void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, DenseVector&
 template <int D>
 void measure(LeafSearch<D>& search, const Tree<D>& tree, Leaf leaf, int count,
              DenseVector& distances) {
-  double reach = tree.likely_reach(leaf, count), needed;
-  std::vector<double> found(leaf.end - leaf.begin);
-  for (bool sure = false; !sure; reach = std::isinf(needed) ? 2 * reach : needed * (1 + 1e-14)) {
+  std::vector<int> left(leaf.end - leaf.begin);
+  std::iota(left.begin(), left.end(), leaf.begin);
+  double reach = tree.likely_reach(leaf, count);
+  for (double growth = 1.3; !left.empty(); reach *= growth, growth = 2) {
     search.gather(tree, leaf, reach);
-    for (int k = leaf.begin; k < leaf.end; ++k)
-      found[k - leaf.begin] =
-          std::sqrt(search.nearest_squared(tree.number(k), tree.point(k), count));
-    needed = *std::ranges::max_element(found);
-    sure = needed <= reach;
+    std::erase_if(left, [&](int k) {
+      const double squared = search.nearest_squared(tree.number(k), tree.point(k), count, reach);
+      if (std::isfinite(squared)) distances[tree.number(k)] = tree.to_length(std::sqrt(squared));
+      return std::isfinite(squared);
+    });
   }
-  for (int k = leaf.begin; k < leaf.end; ++k)
-    distances[tree.number(k)] = tree.to_length(found[k - leaf.begin]);
 }
 
-/// What measure(search, tree, leaf, distances) writes for each leaf.
+/// What measure(search, leaf) gives the points of each leaf.
 template <int D, class Measure>
-DenseVector distances_by_leaf(const Cloud& cloud, int threads, const Measure& measure) {
-  DenseVector distances(cloud.size());
-  if (cloud.size() == 0) return distances;
-  const Tree<D> tree = tree_of_all<D>(cloud, threads);
+DenseVector distances_by_leaf(const Tree<D>& tree, int threads, const Measure& measure) {
+  DenseVector distances(tree.size());
   parallel_chunks(static_cast<int>(tree.leaves().size()), leaves_per_chunk, threads,
                   [&, search = LeafSearch<D>()](int begin, int end) mutable {
-                    for (int l = begin; l < end; ++l)
-                      measure(search, tree, tree.leaves()[l], distances);
+                    for (int l = begin; l < end; ++l) measure(search, tree.leaves()[l], distances);
                   });
   return distances;
 }
 
 }  // namespace
 
+template <int D>
+DenseVector nearest_distances(const Tree<D>& tree, int threads) {
+  return distances_by_leaf(tree, threads, [&](auto& search, Leaf leaf, DenseVector& distances) {
+    measure(search, tree, leaf, distances);
+  });
+}
+
+template <int D>
+DenseVector kth_nearest_distances(const Tree<D>& tree, int k, int threads) {
+  return distances_by_leaf(tree, threads, [&](auto& search, Leaf leaf, DenseVector& distances) {
+    measure(search, tree, leaf, k, distances);
+  });
+}
+
+template DenseVector nearest_distances(const Tree<1>&, int);
+template DenseVector nearest_distances(const Tree<2>&, int);
+template DenseVector nearest_distances(const Tree<3>&, int);
+template DenseVector kth_nearest_distances(const Tree<1>&, int, int);
+template DenseVector kth_nearest_distances(const Tree<2>&, int, int);
+template DenseVector kth_nearest_distances(const Tree<3>&, int, int);
+
 DenseVector nearest_distances(const Cloud& cloud, int threads) {
   checked_threads(threads);
+  if (cloud.size() == 0) return {};
   return dispatch(cloud.dimension(), [&](auto d) {
-    return distances_by_leaf<d>(
-        cloud, threads, [](auto& search, const auto& tree, Leaf leaf, DenseVector& distances) {
-          measure(search, tree, leaf, distances);
-        });
+    return nearest_distances(tree_of_all<d>(cloud, threads), threads);
   });
 }
 
@@ -77,10 +94,7 @@ DenseVector kth_nearest_distances(const Cloud& cloud, int k, int threads) {
                        std::to_string(cloud.size() - 1) + " nearest ones, not " +
                        std::to_string(k));
   return dispatch(cloud.dimension(), [&](auto d) {
-    return distances_by_leaf<d>(
-        cloud, threads, [&](auto& search, const auto& tree, Leaf leaf, DenseVector& distances) {
-          measure(search, tree, leaf, k, distances);
-        });
+    return kth_nearest_distances(tree_of_all<d>(cloud, threads), k, threads);
   });
 }
 

@@ -14,6 +14,22 @@ class VectorCandidates : public testing::TestWithParam<Cpu> {
   const Cpu& code() const { return GetParam(); }
 };
 
+TEST_P(VectorCandidates, RanksAreThoseOfSorting) {
+  std::mt19937_64 generator(3);
+  for (int count = 0; count < 40; ++count) {
+    std::vector<double> values;
+    for (int k = 0; k < count; ++k)
+      values.push_back(static_cast<double>(generator() % 20));  // some alike
+    std::vector<double> sorted = values;
+    std::ranges::sort(sorted);
+    values.resize(count + 8, std::numeric_limits<double>::infinity());
+    const auto ranked = candidate_kernels(code()).ranked;
+    for (int rank = 1; rank <= count; ++rank)
+      EXPECT_EQ(ranked(values.data(), count, rank), sorted[rank - 1]);
+    EXPECT_EQ(ranked(values.data(), count, count + 1), std::numeric_limits<double>::infinity());
+  }
+}
+
 TEST_P(VectorCandidates, AreThoseOfPlainLoops) {
   std::mt19937_64 generator(1);
   std::uniform_real_distribution<double> uniform;
