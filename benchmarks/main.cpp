@@ -28,6 +28,19 @@ void add_chain(const Scene& scene) {
   add_products(scene, Products::Main);
 }
 
+/// What should not depend on how much spacings differ.
+void add_graded(bool quick, double grading) {
+  for (const auto& [dimension, side] :
+       {std::pair(2, 100), {2, 316}, {2, 1000}, {3, 22}, {3, 46}, {3, 100}}) {
+    const Scene scene{.dimension = dimension, .points_per_side = side, .grading = grading};
+    if (quick && scene.size() > 100'000) continue;
+    add_spacing(scene);
+    if (grading == 1) continue;  // the rest is in the chains
+    add_search(scene);
+    add_weights(soc, scene);
+  }
+}
+
 /// Everything, for one scene in tree order.
 void add_all(const Scene& scene) {
   add_search(scene);
@@ -51,7 +64,7 @@ void add_suite(bool quick) {
       add_all(plane);
     else if (!quick || side <= 316)
       add_chain({2, side});
-  for (const int side : {10, 22, 46, 79})
+  for (const int side : {10, 22, 46, 79, 100})
     if (side == space.points_per_side)
       add_all(space);
     else if (!quick || side <= 46)
@@ -62,6 +75,7 @@ void add_suite(bool quick) {
       add_products(scene, Products::ByOrder);
     }
   for (const double ratio : {2.0, 4.0, 5.0}) add_chain({2, 316, ratio});
+  for (const double grading : {1.0, 10.0, 100.0}) add_graded(quick, grading);
   // Slow ones, and the support they are made for.
   add_weights("laplacian-positive", {2, 316, 2.5});
   add_weights("laplacian-ls-4", {2, 316, 4.5});

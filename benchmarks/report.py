@@ -18,6 +18,7 @@ OPERATIONS = {
     "roof": "The memory: reading an array, and a = b + s c",
     "tree": "The k-d tree alone",
     "search": "Neighbour lists",
+    "spacing": "The local spacing of points without volumes",
     "weights": "Assembly: weights and new matrices",
     "refill": "Other weights in the same matrices",
     "fused": "A gradient and a Laplacian in one pass, and one after the other",
@@ -120,6 +121,7 @@ def table(results, operation):
         ("dim", lambda g, r: r["dim"]),
         ("points", lambda g, r: size(r["n"])),
         ("h/dx", lambda g, r: r["ratio"]),
+        ("grading", lambda g, r: r["grading"]),
         ("order", lambda g, r: r["order"]),
         ("neighbours", lambda g, r: number(r.counter("neighbours"))),
         ("ms", lambda g, r: cells(g, lambda x: number(1e3 * x.seconds))),
@@ -148,7 +150,7 @@ def paybacks(results):
     scenes = {}
     for row in results.rows:
         if row["op"] in ("convert", "onthefly"):
-            scene = {k: row[k] for k in ("dim", "n", "ratio", "order", "threads")}
+            scene = {k: row[k] for k in ("dim", "n", "ratio", "grading", "order", "threads")}
             scenes[tuple(scene.items())] = scene
     lines = []
     for scene in scenes.values():
@@ -207,7 +209,7 @@ def write_sizes(results, folder):
     curves = {"search": "gradpsi", "weights": "gradpsi", "spmv": "gradpsi"}
     lines = [(r["op"], r["dim"], r["n"], r.threads, r.counter("ns_per_point"))
              for r in results.rows
-             if curves.get(r["op"]) == r["impl"] and r["order"] == "tree" and not r["ratio"]
+             if curves.get(r["op"]) == r["impl"] and r["order"] == "tree" and not r["ratio"] and not r["grading"]
              and r["scheme"] in ("", "laplacian-mixed-soc")]
     lines.sort(key=lambda x: (x[0], x[1], x[3], int(x[2])))
     write_dat(os.path.join(folder, "benchmarks_sizes.dat"), "op dim n threads ns_per_point", lines)

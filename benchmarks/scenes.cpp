@@ -60,8 +60,10 @@ std::vector<int> reverse_cuthill_mckee(const Neighbours& near) {
 }
 
 Cloud in_order(const Scene& scene) {
-  Cloud lattice = make_cloud(gradpsi::Lattice{
-      .dimension = scene.dimension, .points_per_side = scene.points_per_side, .jitter = 0.2});
+  Cloud lattice = make_cloud(gradpsi::Lattice{.dimension = scene.dimension,
+                                              .points_per_side = scene.points_per_side,
+                                              .jitter = 0.2,
+                                              .grading = scene.grading});
   if (scene.order == "tree") return reorder(lattice).cloud;
   if (scene.order == "random") return permuted(lattice, shuffled(lattice.size()));
   if (scene.order == "rcm")
@@ -82,11 +84,13 @@ int Scene::size() const {
 
 std::string Scene::name() const {
   std::string result = "dim:" + std::to_string(dimension) + "/n:" + std::to_string(size());
-  if (ratio() != usual_ratio[dimension - 1]) {
+  const auto add = [&](const char* format, double value) {
     char text[32];
-    std::snprintf(text, sizeof text, "/ratio:%g", ratio());
+    std::snprintf(text, sizeof text, format, value);
     result += text;
-  }
+  };
+  if (ratio() != usual_ratio[dimension - 1]) add("/ratio:%g", ratio());
+  if (grading != 1) add("/grading:%g", grading);
   return result + "/order:" + order;
 }
 
@@ -104,7 +108,8 @@ Prepared& prepared(const Scene& scene) {
   if (name != scene.name()) {
     now.reset();
     Cloud cloud = in_order(scene);
-    Neighbours near = find_neighbours(cloud, scene.ratio() * cloud.spacing());
+    const Eigen::VectorXd supports = scene.ratio() * local_spacing(cloud);
+    Neighbours near = find_neighbours(cloud, supports);
     now.emplace(Prepared{std::move(cloud), std::move(near)});
     name = scene.name();
   }

@@ -6,17 +6,18 @@
 #include <type_traits>
 #include <vector>
 
-/// Points of a lattice jittered by 0.2 cells, in some order, and how far they see.
+/// Points of a lattice jittered by 0.2 cells, perhaps graded, in some order, and how far they see.
 struct Scene {
   int dimension;
   int points_per_side;
   double support_ratio = 0;    ///< 0: the usual one of that dimension
   std::string order = "tree";  ///< lattice, random, tree or rcm
+  double grading = 1;          ///< largest over least spacing, supports as many local spacings
 
   double ratio() const;
   int size() const;
   std::string name()
-      const;  ///< dim:2/n:10000/order:tree, after n the ratio if it is not the usual one
+      const;  ///< dim:2/n:10000/order:tree, after n the ratio and grading if not the usual ones
 };
 
 /// Holds one value, made when it is first asked for; asking for another one frees it.

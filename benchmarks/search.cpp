@@ -160,8 +160,16 @@ void build_tree(const Positions& x) {
 void add_search(const Scene& scene) {
   add("op:search/impl:gradpsi", scene, [](benchmark::State& state, Prepared& p, int threads) {
     for (auto _ : state)
-      benchmark::DoNotOptimize(find_neighbours(p.cloud, p.near.support(0), threads));
+      benchmark::DoNotOptimize(find_neighbours(p.cloud, p.near.supports, threads));
     count_search(state, p);
+  });
+}
+
+void add_spacing(const Scene& scene) {
+  add("op:spacing/impl:gradpsi", scene, [](benchmark::State& state, Prepared& p, int threads) {
+    const gradpsi::Cloud bare(p.cloud.positions());
+    for (auto _ : state) benchmark::DoNotOptimize(local_spacing(bare, threads));
+    count(state, p, {});
   });
 }
 

@@ -9,7 +9,7 @@
 #include "scenes.hpp"
 
 // Names are data: key:value/key:value, the keys always in the order
-// op, impl, scheme (where there is one), dim, n, ratio (if unusual), order, threads.
+// op, impl, scheme (where there is one), dim, n, ratio and grading (if unusual), order, threads.
 
 /// 1, and 2 where there are two cores.
 std::vector<int> thread_counts();
@@ -34,6 +34,7 @@ void count(benchmark::State& state, const Prepared& scene, Work work);
 // The families, each for one scene.
 void add_roof();
 void add_search(const Scene& scene);
+void add_spacing(const Scene& scene);  ///< local_spacing() of the points without their volumes
 void add_rival_searches(const Scene& scene);
 void add_weights(const std::string& scheme, const Scene& scene);
 void add_refill(const std::string& scheme, const Scene& scene);

@@ -76,12 +76,17 @@ std::string summary(const std::vector<Result>& results) {
   return text;
 }
 
-void run(const StudyOptions& options) {
+struct TradeoffOptions : StudyOptions {
+  double grading = 1;
+};
+
+void run(const TradeoffOptions& options) {
   create_folder(options.out);
-  const std::string suffix = dimension_suffix(options.dimension, 2);
+  const std::string suffix =
+      dimension_suffix(options.dimension, 2) + (options.grading != 1 ? "_graded" : "");
   const auto in_out = [&](const std::string& file) { return options.out / file; };
   Progress progress("clouds and supports");
-  const auto found = results({options.dimension, options.quick, options.threads},
+  const auto found = results({options.dimension, options.quick, options.threads, options.grading},
                              [&](int done, int total) { progress.show(done, total); });
   const std::string table = "tradeoff" + suffix + ".csv",
                     fronts = "tradeoff_front" + suffix + ".csv";
@@ -102,9 +107,14 @@ void run(const StudyOptions& options) {
 }  // namespace
 
 std::function<void()> declare_tradeoff(Options& options) {
-  auto study = std::make_shared<StudyOptions>(StudyOptions{.dimension = 2, .threads = 1});
+  auto study = std::make_shared<TradeoffOptions>();
+  study->dimension = 2;
+  study->threads = 1;
   study->declare(options, "unit line, square or cube", "Two resolutions, two supports, one kernel",
                  "Whose times are measured; 0: as many as there are");
+  options.number("--grading", study->grading, "G",
+                 "Points are drawn together towards the centre, where spacings are so many times\n"
+                 "smaller than along the faces; supports are multiples of the local spacing");
   options.examples("Example: gradpsi tradeoff --quick --out results");
   return [study] { run(*study); };
 }

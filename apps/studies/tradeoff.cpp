@@ -54,15 +54,23 @@ std::pair<double, double> norms(const Eigen::VectorXd& error, const std::vector<
 /// The points of one resolution and what is known there.
 struct Scene {
   Cloud cloud;
+  Eigen::VectorXd spacing;  // one, or one a point
   Exact exact;
   std::vector<int> inner;
   FixedValues walls;
 };
 
-Scene make_scene(int dimension, int side, Arrangement arrangement) {
-  Cloud cloud = make_cloud(
-      Lattice{.dimension = dimension, .points_per_side = side, .jitter = jitter(arrangement)});
-  Scene scene{cloud, exact(field, cloud.positions()), inner_points(dimension, side), {}};
+Scene make_scene(const Study& study, int side, Arrangement arrangement) {
+  const int dimension = study.dimension;
+  Cloud cloud = make_cloud(Lattice{.dimension = dimension,
+                                   .points_per_side = side,
+                                   .jitter = jitter(arrangement),
+                                   .grading = study.grading});
+  // To the bit, where the supports of a lattice end at points.
+  const Eigen::VectorXd spacing = study.grading > 1
+                                      ? Eigen::VectorXd(local_spacing(cloud, study.threads))
+                                      : Eigen::VectorXd::Constant(1, 1.0 / side);
+  Scene scene{cloud, spacing, exact(field, cloud.positions()), inner_points(dimension, side), {}};
   scene.walls.points = others(cloud.size(), scene.inner);
   scene.walls.values = scene.exact.u(scene.walls.points);
   return scene;
@@ -116,11 +124,12 @@ void measure(const Scene& scene, const Neighbours& near, double search_seconds, 
 }
 
 /// The results of all schemes and the first so many kernels with one support.
-void add_results(const Scene& scene, Arrangement arrangement, double support_ratio, double spacing,
-                 int kernels, int threads, std::vector<Result>& results) {
+void add_results(const Scene& scene, Arrangement arrangement, double support_ratio, int kernels,
+                 int threads, std::vector<Result>& results) {
   Neighbours near;
-  const double search = median_seconds(
-      [&] { near = find_neighbours(scene.cloud, support_ratio * spacing, threads); }, 0);
+  const Eigen::VectorXd supports = support_ratio * scene.spacing;
+  const double search =
+      median_seconds([&] { near = find_neighbours(scene.cloud, supports, threads); }, 0);
   for (int kernel = 0; kernel < kernels; ++kernel)
     for (const Scheme& scheme : studied_schemes(scene.cloud.dimension())) {
       Result& result = results.emplace_back(
@@ -143,12 +152,12 @@ std::vector<Result> results(const Study& study, const ShowProgress& show) {
   std::vector<Result> results;
   for (const int side : all_sides)
     for (const Arrangement arrangement : {Arrangement::Regular, Arrangement::Irregular}) {
-      const Scene scene = make_scene(study.dimension, side, arrangement);
+      const Scene scene = make_scene(study, side, arrangement);
       // The finest points and the quick study: the usual kernel only.
       const bool all_kernels = !study.quick && side != all_sides.back();
       const int kernel_count = all_kernels ? static_cast<int>(kernels().size()) : 1;
       for (const double ratio : ratios) {
-        add_results(scene, arrangement, ratio, 1.0 / side, kernel_count, study.threads, results);
+        add_results(scene, arrangement, ratio, kernel_count, study.threads, results);
         show(++done, total);
       }
     }

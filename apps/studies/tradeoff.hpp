@@ -18,6 +18,7 @@ struct Study {
   int dimension;
   bool quick;  ///< two resolutions, two supports, one kernel
   int threads;
+  double grading;  ///< of the lattices; supports are multiples of the local spacing
 };
 
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();

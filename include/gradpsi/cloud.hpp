@@ -79,10 +79,13 @@ struct Lattice {
   double jitter = 0;         ///< each coordinate moves by up to +-jitter cells, uniformly; >= 0
   std::uint64_t seed = 1;    ///< same seed, same points, on every platform
   bool periodic = false;     ///< in all directions; needs lower = 0
+  /// Points are drawn together towards the centre: spacings are so many times smaller there than along the
+  /// faces (across the faces they are twice those along them); >= 1, and 1 in periodic boxes.
+  double grading = 1;
 };
 
 /// The lattice's points, last coordinate fastest, with volumes dx^d, dx = (upper - lower) /
-/// points_per_side.
+/// points_per_side, or of what the grading makes of such cells.
 /// @throws InvalidInput  if a number is outside its range
 Cloud make_cloud(const Lattice& lattice);
 

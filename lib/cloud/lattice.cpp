@@ -10,6 +10,22 @@
 #include "gradpsi/error.hpp"
 
 namespace gradpsi {
+namespace {
+
+/// Moves points towards the centre by s(rho) = (1 + rho (g - 1)) / g, rho being the part of the way to the
+/// faces they are at, and multiplies their volumes by the determinant, s^(d-1) d(rho s)/d rho.
+void grade(const Lattice& lattice, Positions& x, DenseVector& volumes) {
+  const double centre = (lattice.lower + lattice.upper) / 2, g = lattice.grading;
+  const double half = (lattice.upper - lattice.lower) / 2;
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    const double rho = (x.row(i).array() - centre).abs().maxCoeff() / half;
+    const double s = (1 + rho * (g - 1)) / g;
+    x.row(i) = (centre + (x.row(i).array() - centre) * s).eval();
+    volumes[i] *= std::pow(s, lattice.dimension - 1) * (1 + 2 * rho * (g - 1)) / g;
+  }
+}
+
+}  // namespace
 
 Cloud make_cloud(const Lattice& lattice) {
   const int d = lattice.dimension;
@@ -25,6 +41,10 @@ Cloud make_cloud(const Lattice& lattice) {
     throw InvalidInput("jitter must be >= 0 and finite, not " + shortest(lattice.jitter));
   if (lattice.periodic && lattice.lower != 0)
     throw InvalidInput("a periodic box starts at the origin: lower must be 0");
+  if (!(lattice.grading >= 1 && std::isfinite(lattice.grading)) ||
+      (lattice.periodic && lattice.grading != 1))
+    throw InvalidInput("grading must be >= 1 and finite, 1 in a periodic box, not " +
+                       shortest(lattice.grading));
 
   // The standard fixes this generator's numbers, but not those of its distributions.
   std::mt19937_64 generator(lattice.seed);
@@ -41,6 +61,7 @@ Cloud make_cloud(const Lattice& lattice) {
           (rest % m + 0.5 + (lattice.jitter > 0 ? lattice.jitter * symmetric_uniform() : 0)) * dx;
 
   CloudOptions options{.volumes = DenseVector::Constant(n, std::pow(dx, d))};
+  if (lattice.grading > 1) grade(lattice, x, options.volumes);
   if (lattice.periodic) std::fill_n(options.box.begin(), d, lattice.upper);
   return Cloud(std::move(x), std::move(options));
 }

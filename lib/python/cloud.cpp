@@ -102,7 +102,7 @@ Raises InvalidInput naming file and line, OSError if the file cannot be read.)")
   m.def(
       "lattice",
       [](int points_per_side, int dimension, double lower, double upper, double jitter,
-         std::uint64_t seed, bool periodic) {
+         std::uint64_t seed, bool periodic, double grading) {
         return without_gil([&] {
           return make_cloud(Lattice{.dimension = dimension,
                                     .points_per_side = points_per_side,
@@ -110,17 +110,20 @@ Raises InvalidInput naming file and line, OSError if the file cannot be read.)")
                                     .upper = upper,
                                     .jitter = jitter,
                                     .seed = seed,
-                                    .periodic = periodic});
+                                    .periodic = periodic,
+                                    .grading = grading});
         });
       },
       py::arg("points_per_side"), py::kw_only(), py::arg("dimension") = 2, py::arg("lower") = 0.0,
       py::arg("upper") = 1.0, py::arg("jitter") = 0.0, py::arg("seed") = 1,
-      py::arg("periodic") = false,
+      py::arg("periodic") = false, py::arg("grading") = 1.0,
       R"(Points at the centres of equal cells of [lower, upper]^d, with volumes; last coordinate
 fastest.
 
 jitter: each coordinate moves by up to +-jitter cells, uniformly; the same seed gives the same
   points on every platform. periodic: in all directions, which needs lower = 0.
+grading: points are drawn together towards the centre, where spacings are so many times smaller
+  than along the faces.
 Raises InvalidInput if a number is out of range.)");
 }
 

@@ -108,7 +108,33 @@ TEST(Lattice, JitterIsBoundedSeededAndFillsItsRange) {
   EXPECT_NE(b, make_cloud(moved).positions());
 }
 
+TEST(Lattice, GradingDrawsPointsTogetherWithTheirVolumes) {
+  for (const int d : {1, 2, 3}) {
+    Lattice lattice{.dimension = d, .points_per_side = d == 3 ? 31 : 101, .lower = -1, .upper = 2};
+    EXPECT_EQ(make_cloud(lattice).positions(), [&] {
+      Lattice same = lattice;
+      same.grading = 1;
+      return make_cloud(same).positions();
+    }());
+    lattice.grading = 10;
+    const Cloud cloud = make_cloud(lattice);
+    // The cells fill the domain; the last of the mid-point rule's error.
+    EXPECT_NEAR(cloud.volumes().sum(), std::pow(3, d), 5e-3 * std::pow(3, d));
+    const DenseVector nearest = nearest_distances(cloud);
+    EXPECT_LT(cloud.positions().cwiseAbs().maxCoeff(), 2);
+    Eigen::Index centre;
+    (cloud.positions().array() - 0.5).matrix().rowwise().norm().minCoeff(&centre);
+    const double dx = 3.0 / lattice.points_per_side;
+    EXPECT_NEAR(cloud.volumes()[centre], std::pow(dx / 10, d), 1e-12);
+    EXPECT_GT(nearest[centre], 0.9 * dx / 10);
+    EXPECT_LT(nearest[centre], 2 * dx / 10);
+    EXPECT_NEAR(nearest[0], d == 1 ? 2 * dx : dx, 0.2 * dx);
+  }
+}
+
 TEST(Lattice, NumbersAreChecked) {
+  EXPECT_THROW(make_cloud(Lattice{.grading = 0.5}), InvalidInput);
+  EXPECT_THROW(make_cloud(Lattice{.periodic = true, .grading = 2}), InvalidInput);
   EXPECT_THROW(make_cloud(Lattice{.dimension = 0}), InvalidInput);
   EXPECT_THROW(make_cloud(Lattice{.points_per_side = 0}), InvalidInput);
   EXPECT_THROW(make_cloud(Lattice{.dimension = 3, .points_per_side = 2000}), InvalidInput);
