@@ -86,7 +86,12 @@ void run(const AdviseOptions& options) {
   const Trial trial = make_trial(options, points);
   const Neighbours near = find_neighbours(points.cloud, trial.supports_of(3), options.threads);
   if (const auto found = anisotropy(points.cloud, near, options.threads))
-    std::cerr << "warning: " << words(*found, points.axes) << '\n';
+    std::cerr
+        << "warning: " << words(*found, points.axes)
+        << (trial.supports.size() > 0
+                ? ""
+                : "; with a column 'support' of two or three of the largest, advice is on that")
+        << '\n';
   std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
   const Candidate* chosen = cheapest(trial, all);
   std::cout << '\n'
