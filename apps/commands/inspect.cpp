@@ -2,8 +2,10 @@
 
 #include <iostream>
 #include <memory>
+#include <utility>
 
 #include "commands.hpp"
+#include "common/diffusion.hpp"
 #include "common/outputs.hpp"
 #include "studies/findings_text.hpp"
 #include "studies/verdict.hpp"
@@ -12,22 +14,52 @@ namespace gradpsi::apps {
 
 namespace {
 
-struct InspectOptions : OperatorOptions {
-  std::string fixed;
+struct InspectOptions : ConditionOptions {
   bool spectrum = false;
   std::filesystem::path output;
 };
 
+WallRows wall_rows(const std::vector<int>& walls, const RowReport& rows,
+                   const WallConditions& remaining) {
+  WallRows result{.count = std::ssize(walls), .by_gradient = std::ssize(remaining.points)};
+  if (result.by_gradient == result.count) return result;
+  for (const int i : walls) result.first_order += rows.outcome[i] == RowOutcome::Lowered;
+  for (const int i : remaining.points) result.first_order -= rows.outcome[i] == RowOutcome::Lowered;
+  result.second_order = result.count - result.by_gradient - result.first_order;
+  return result;
+}
+
+/// The operator, and of a Laplacian what `diffuse` would step.
+Stepped assemble_with_walls(const InspectOptions& options, Problem& problem, Report& report) {
+  if (Scheme(options.scheme).derivative != Derivative::Laplacian) {
+    assemble(options, problem, report);
+    return {};
+  }
+  const auto machine = one_process(problem);
+  BoundaryConditions conditions = conditions_of(options, *machine);
+  machine->find_neighbours(options, report);
+  problem.op = laplacian(options, *machine, conditions, report);
+  Operator with_walls = problem.op;
+  const std::vector<int> walls = conditions.walls.points;
+  std::vector<std::string> remarks;
+  set_walls(options, *machine, conditions, with_walls, report, remarks);
+  machine->describe(problem.op, report);
+  for (const std::string& remark : remarks) std::cout << remark << '\n';
+  Stepped result = stepped(with_walls, conditions);
+  result.walls = wall_rows(walls, with_walls.rows, conditions.walls);
+  return result;
+}
+
 void run(const InspectOptions& options) {
+  options.check_gradient();
   const bool writes = !options.output.empty();
   check_outputs(options,
                 writes ? std::vector{options.output} : std::vector<std::filesystem::path>());
   Report report;
   Problem problem = read_problem(options, report);
-  assemble(options, problem, report);
+  Stepped stepped = assemble_with_walls(options, problem, report);
   const Findings findings =
-      examine(options.scheme, problem, evolving_points(problem, options.fixed), options.spectrum,
-              options.threads);
+      examine(options.scheme, problem, std::move(stepped), options.spectrum, options.threads);
   report.inspection = inspection(problem, findings);
   if (writes) {
     add_columns(problem.table, problem.op.rows, findings);
@@ -49,6 +81,9 @@ std::function<void()> declare_inspect(Options& options) {
             "Points where this column is not 0 keep their value: steps are judged by the\n"
             "others. Without it the points just end, which no scheme of second order survives")
       .check(not_empty);
+  const Option normals = wanted->declare_normal(options);
+  wanted->declare_transfer(options, normals);
+  wanted->declare_gradient(options, normals);
   options.flag("--spectrum", wanted->spectrum,
                "Compute the eigenvalues too: all of them up to 2,000 points (half a minute),\n"
                "beyond the outermost ones");

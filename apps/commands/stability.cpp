@@ -5,7 +5,7 @@
 // assembles every Laplacian on jittered lattices of the unit square (line, cube), with five supports and
 // six jitters, in a periodic box, with the outermost layer held, and cut off without any condition. Each
 // matrix's eigenvalues say whether du/dt = lap u grows, and are compared with what `gradpsi inspect` would
-// have said without them. Expect: uncorrected schemes but direct, and positive stencils, never grow; second
+// have said without them; so are those of graded, random, L-shaped and other points. Expect: uncorrected schemes but direct, and positive stencils, never grow; second
 // order by least squares does not either where walls are held, and everything of second or higher order
 // does where the points just end.
 
@@ -21,6 +21,7 @@
 #include "common/results.hpp"
 #include "studies/failing.hpp"
 #include "studies/floor.hpp"
+#include "studies/foretold.hpp"
 #include "studies/growth.hpp"
 #include "studies/orders.hpp"
 #include "studies/stability_gp.hpp"
@@ -48,15 +49,20 @@ std::string look_closely(const std::filesystem::path& folder, bool quick) {
 void run(const StudyOptions& options) {
   create_folder(options.out);
   const std::string suffix = dimension_suffix(options.dimension, 2);
+  const stability::Study study{options.dimension, options.quick, options.threads};
   Progress progress("matrices");
-  const auto found = stability::results({options.dimension, options.quick, options.threads},
-                                        [&](int done, int total) { progress.show(done, total); });
+  const auto show = [&](int done, int total) { progress.show(done, total); };
+  const auto found = stability::results(study, show);
+  const auto others = foretold::results(study, show);
 
   const std::string table = "stability" + suffix + ".csv";
   write_text(options.out / table, stability::csv(found, options.dimension));
   const std::string maps = "stability_map" + suffix + ".csv";
   write_text(options.out / maps, stability::map_csv(found));
-  std::string text = stability::growth_table(found) + '\n' + stability::bound_line(found) + '\n';
+  write_text(options.out / ("forecast" + suffix + ".csv"),
+             foretold::csv(others, options.dimension));
+  std::string text = stability::growth_table(found) + '\n' + stability::bound_line(found) + '\n' +
+                     foretold::table(others) + '\n';
   // What looks at single cases does not depend on the dimension asked for.
   const bool closely = options.dimension == 2;
   if (closely) text += look_closely(options.out, options.quick);

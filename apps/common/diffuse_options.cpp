@@ -9,6 +9,35 @@ namespace gradpsi::apps {
 
 using std::filesystem::path;
 
+void ConditionOptions::check_gradient() const {
+  if (gradient != positive_walls && Scheme(gradient).derivative != Derivative::Gradient)
+    throw InvalidInput(gradient + " is not a gradient");
+}
+
+Option ConditionOptions::declare_normal(Options& options) {
+  return options
+      .text("--normal", normal, "PREFIX",
+            "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
+            "that are not fixed, obey n . grad u + c u = flux instead")
+      .check(not_empty);
+}
+
+void ConditionOptions::declare_transfer(Options& options, const Option& normals) {
+  options
+      .text("--transfer", transfer, "COLUMN",
+            "Column of that c >= 0, exchange with what is at flux / c; 0 without")
+      .check(not_empty)
+      .needs(normals);
+}
+
+void ConditionOptions::declare_gradient(Options& options, const Option& normals) {
+  options
+      .text("--gradient", gradient, "NAME",
+            "Scheme of that gradient; or positive: rows of the Laplacian that know the slope and\n"
+            "let no field grow")
+      .needs(normals);
+}
+
 path DiffuseOptions::beside(const std::string& ending) const {
   return path(output).replace_filename(output.stem().string() + ending);
 }
@@ -40,8 +69,7 @@ void DiffuseOptions::check() const {
   if (!steady && !std::isfinite(*time_step))
     throw InvalidInput("--time-step must be finite; --steady is for the steady field");
   static_cast<void>(gradpsi::method(method));
-  if (gradient != positive_walls && Scheme(gradient).derivative != Derivative::Gradient)
-    throw InvalidInput(gradient + " is not a gradient");
+  check_gradient();
 }
 
 void DiffuseOptions::declare_field(Options& options) {
@@ -72,25 +100,12 @@ Option DiffuseOptions::declare_steps(Options& options) {
 void DiffuseOptions::declare_conditions(Options& options) {
   options.text("--fixed", fixed, "COLUMN", "Points where this column is not 0 keep their value")
       .check(not_empty);
-  const Option normals =
-      options
-          .text("--normal", normal, "PREFIX",
-                "Columns PREFIXx, PREFIXy, PREFIXz: points where that vector n is not 0, and\n"
-                "that are not fixed, obey n . grad u + c u = flux instead")
-          .check(not_empty);
+  const Option normals = declare_normal(options);
   options.text("--flux", flux, "COLUMN", "Column of that flux; 0 without")
       .check(not_empty)
       .needs(normals);
-  options
-      .text("--transfer", transfer, "COLUMN",
-            "Column of that c >= 0, exchange with what is at flux / c; 0 without")
-      .check(not_empty)
-      .needs(normals);
-  options
-      .text("--gradient", gradient, "NAME",
-            "Scheme of that gradient; or positive: rows of the Laplacian that know the slope and\n"
-            "let no field grow")
-      .needs(normals);
+  declare_transfer(options, normals);
+  declare_gradient(options, normals);
 }
 
 void DiffuseOptions::declare_materials(Options& options) {

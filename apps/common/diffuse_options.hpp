@@ -11,8 +11,19 @@ namespace gradpsi::apps {
 /// What --gradient says for walls by with_walls().
 inline constexpr std::string_view positive_walls = "positive";
 
+/// The options that say where the equation does not hold, or with what slope.
+struct ConditionOptions : OperatorOptions {
+  std::string fixed, normal, flux, transfer, gradient = std::string(positive_walls);
+
+  Option declare_normal(Options& options);
+  void declare_transfer(Options& options, const Option& normals);
+  void declare_gradient(Options& options, const Option& normals);
+  /// Throws unless `gradient` is a gradient, or positive.
+  void check_gradient() const;
+};
+
 /// The options of `diffuse`.
-struct DiffuseOptions : OperatorOptions {
+struct DiffuseOptions : ConditionOptions {
   std::string field;
   double diffusivity = 1;
   std::optional<double> time_step;
@@ -20,7 +31,6 @@ struct DiffuseOptions : OperatorOptions {
   bool steady = false;
   double theta = 1;
   bool damped_start = false;
-  std::string fixed, normal, flux, transfer, gradient = std::string(positive_walls);
   std::string conductivity, mean = "arithmetic";
   std::string source;
   std::string method = "auto";

@@ -25,9 +25,7 @@ std::vector<int> marked(const Eigen::VectorXd& column) {
   return points;
 }
 
-/// Fixed points, and those with a normal that are not fixed, by their places in the table; gradients are
-/// still empty.
-BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, const Cloud& cloud,
+BoundaryConditions boundary(const ConditionOptions& options, const Table& table, const Cloud& cloud,
                             const std::string& axes) {
   BoundaryConditions conditions;
   auto& walls = conditions.walls;
@@ -50,6 +48,17 @@ BoundaryConditions boundary(const DiffuseOptions& options, const Table& table, c
   walls.transfer = at_walls(options.transfer);
   return conditions;
 }
+
+}  // namespace
+
+BoundaryConditions conditions_of(const ConditionOptions& options, const Machine& machine) {
+  BoundaryConditions result;
+  machine.together(
+      [&] { result = boundary(options, machine.table(), machine.cloud(), machine.axes()); });
+  return result;
+}
+
+namespace {
 
 /// The equation and how it is solved.
 DiffusionOptions equation(const DiffuseOptions& options, const Table& table, const Cloud& cloud) {
@@ -76,10 +85,13 @@ Operator with_needed_rows(const Scheme& scheme, Machine& machine, AssemblyOption
   return op;
 }
 
-/// The Laplacian. Rows of `unused` points may be degenerate, even where that is an error.
-Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::vector<int>& unused,
-                   Report& report) {
+}  // namespace
+
+Operator laplacian(const ConditionOptions& options, Machine& machine,
+                   const BoundaryConditions& conditions, Report& report) {
   Stopwatch watch;
+  std::vector<int> unused = conditions.fixed.points;
+  unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
   Operator op;
   const AssemblyOptions assembly = assembly_options(options, machine.table());
   try {
@@ -93,11 +105,13 @@ Operator laplacian(const DiffuseOptions& options, Machine& machine, const std::v
   return op;
 }
 
+namespace {
+
 /// What the walls get that positive rows cannot take up: of first order, and without growth.
 const std::string remaining_walls = "gradient-direct-foc";
 
 /// n . grad u + c u = flux: the gradients at the walls' points.
-void add_gradient(const DiffuseOptions& options, const std::string& scheme, Machine& machine,
+void add_gradient(const ConditionOptions& options, const std::string& scheme, Machine& machine,
                   WallConditions& walls, Report& report, std::vector<std::string>& remarks) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
   if (count == 0) return;
@@ -120,7 +134,7 @@ void add_gradient(const DiffuseOptions& options, const std::string& scheme, Mach
 /// n . grad u + c u = flux by the Laplacian's rows at the walls, which are then no conditions any more, but for those
 /// that remain.
 /// @return  what the flux adds to lap u
-Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
+Eigen::VectorXd take_up_walls(const ConditionOptions& options, Machine& machine,
                               WallConditions& walls, Operator& laplacian,
                               std::vector<std::string>& remarks) {
   const std::int64_t count = machine.sum(std::ssize(walls.points));
@@ -140,6 +154,22 @@ Eigen::VectorXd take_up_walls(const DiffuseOptions& options, Machine& machine,
                       " is taken there");
   return result.source;
 }
+
+}  // namespace
+
+Eigen::VectorXd set_walls(const ConditionOptions& options, Machine& machine,
+                          BoundaryConditions& conditions, Operator& laplacian, Report& report,
+                          std::vector<std::string>& remarks) {
+  const bool positive = options.gradient == positive_walls;
+  Eigen::VectorXd from_walls = Eigen::VectorXd::Zero(machine.cloud().size());
+  if (positive) from_walls = take_up_walls(options, machine, conditions.walls, laplacian, remarks);
+  machine.describe(laplacian, report);
+  add_gradient(options, positive ? remaining_walls : options.gradient, machine, conditions.walls,
+               report, remarks);
+  return from_walls;
+}
+
+namespace {
 
 /// The largest |a_ii| of points that are not fixed.
 double steepest_row(const Machine& machine, const Operator& laplacian,
@@ -187,13 +217,6 @@ double drift(const DiffusionOptions& how, const Machine& machine, const WallCond
   return source > 0 ? source * time : 0;
 }
 
-BoundaryConditions conditions_of(const DiffuseOptions& options, const Machine& machine) {
-  BoundaryConditions result;
-  machine.together(
-      [&] { result = boundary(options, machine.table(), machine.cloud(), machine.axes()); });
-  return result;
-}
-
 /// The system, once neighbours are known.
 Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryConditions conditions,
                  Report& report) {
@@ -201,16 +224,8 @@ Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryCondit
   const Range around = surroundings(machine, conditions.walls);
   conditions.fixed.points = machine.places(std::move(conditions.fixed.points));
   conditions.walls.points = machine.places(std::move(conditions.walls.points));
-  // Rows that conditions take the place of need not be there.
-  std::vector<int> unused = conditions.fixed.points;
-  unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
-  Operator op = laplacian(options, machine, unused, report);
-  Eigen::VectorXd from_walls = Eigen::VectorXd::Zero(machine.cloud().size());
-  if (options.gradient == positive_walls)
-    from_walls = take_up_walls(options, machine, conditions.walls, op, remarks);
-  machine.describe(op, report);
-  add_gradient(options, options.gradient == positive_walls ? remaining_walls : options.gradient,
-               machine, conditions.walls, report, remarks);
+  Operator op = laplacian(options, machine, conditions, report);
+  Eigen::VectorXd from_walls = set_walls(options, machine, conditions, op, report, remarks);
   Eigen::VectorXd kappa = Eigen::VectorXd::Ones(from_walls.size());
   if (!options.conductivity.empty()) {
     kappa = column(machine, options.conductivity);

@@ -95,5 +95,7 @@ class Machine {
 
 /// This process alone.
 std::unique_ptr<Machine> one_process();
+/// The same with points that have been read.
+std::unique_ptr<Machine> one_process(Problem& problem);
 
 }  // namespace gradpsi::apps

@@ -13,6 +13,9 @@ using std::filesystem::path;
 
 class OneProcess : public Machine {
  public:
+  OneProcess() : problem_(own_) {}
+  explicit OneProcess(Problem& problem) : problem_(problem) {}
+
   void read(const OperatorOptions& options, Report& report) override {
     problem_ = read_problem(options, report);
   }
@@ -69,11 +72,15 @@ class OneProcess : public Machine {
   }
 
  private:
-  Problem problem_{Points{{}, Cloud(Positions(0, 1))}};
+  Problem own_{Points{{}, Cloud(Positions(0, 1))}};
+  Problem& problem_;
 };
 
 }  // namespace
 
 std::unique_ptr<Machine> one_process() { return std::make_unique<OneProcess>(); }
+std::unique_ptr<Machine> one_process(Problem& problem) {
+  return std::make_unique<OneProcess>(problem);
+}
 
 }  // namespace gradpsi::apps

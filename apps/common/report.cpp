@@ -48,16 +48,25 @@ Json value(const Spread& spread) {
           {"point_of_max", spread.point_of_max}};
 }
 
+Json value(const WallRows& walls) {
+  return {{"points", walls.count},
+          {"second_order", walls.second_order},
+          {"first_order", walls.first_order},
+          {"by_gradient", walls.by_gradient}};
+}
+
 Json value(const Inspection::Matrix& matrix) {
   const MatrixSummary& m = matrix.summary;
-  return {{"points", matrix.points},
-          {"symmetric", m.symmetric},
-          {"dominant", m.dominant},
-          {"m_matrix", m.m_matrix},
-          {"bandwidth", m.bandwidth},
-          {"gershgorin_leftmost", m.leftmost},
-          {"gershgorin_rightmost", m.rightmost},
-          {"solver", m.symmetric ? "cholesky" : "lu"}};
+  Json result = {{"points", matrix.points},
+                 {"symmetric", m.symmetric},
+                 {"dominant", m.dominant},
+                 {"m_matrix", m.m_matrix},
+                 {"bandwidth", m.bandwidth},
+                 {"gershgorin_leftmost", m.leftmost},
+                 {"gershgorin_rightmost", m.rightmost},
+                 {"solver", m.symmetric ? "cholesky" : "lu"}};
+  if (matrix.walls.count > 0) result["walls"] = value(matrix.walls);
+  return result;
 }
 
 Json value(const Inspection::Verdict& verdict) {

@@ -58,11 +58,20 @@ struct Spread {
   std::int64_t point_of_max = -1;
 };
 
+/// How many walls there are, and what became of their rows.
+struct WallRows {
+  std::int64_t count = 0;
+  std::int64_t second_order = 0,
+               first_order = 0;  ///< rows that know the slope; first_order: were lowered
+  std::int64_t by_gradient = 0;  ///< conditions n . grad u = 0, of a gradient's rows
+};
+
 /// What an operator is fit for.
 struct Inspection {
   struct Matrix {
     std::int64_t points;  ///< that evolve
     MatrixSummary summary;
+    WallRows walls;
   };
   struct Verdict {
     Forecast growth;    ///< by the spectrum, if it was asked for

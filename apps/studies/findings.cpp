@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <gradpsi/system.hpp>
 #include <limits>
+#include <utility>
 
 namespace gradpsi::apps {
 
@@ -41,6 +43,17 @@ Forecast growth(const Spectrum& spectrum, const Forecast& forecast) {
   return result;
 }
 
+/// n . grad u + transfer u at walls, a row for each.
+SparseMatrix conditions_at(const WallConditions& walls, int n) {
+  SparseMatrix result(std::ssize(walls.points), n);
+  for (std::size_t a = 0; a < walls.gradient.size(); ++a)
+    result += walls.normals.col(a).asDiagonal() * walls.gradient[a];
+  if (walls.transfer.size() > 0)
+    for (std::size_t k = 0; k < walls.points.size(); ++k)
+      result.coeffRef(k, walls.points[k]) += walls.transfer[k];
+  return result;
+}
+
 /// As the options that say supports in spacings have it; a single point's is that of its volume.
 void set_spacing(const Cloud& cloud, const Operator& op, int threads, Findings& f) {
   if (cloud.size() == 0) return;
@@ -52,20 +65,36 @@ void set_spacing(const Cloud& cloud, const Operator& op, int threads, Findings& 
 
 }  // namespace
 
-Findings examine(const Scheme& scheme, const Problem& problem, const std::vector<int>& evolving,
-                 bool spectrum, int threads) {
+Stepped stepped(const Operator& laplacian, const BoundaryConditions& conditions) {
+  const WallConditions& walls = conditions.walls;
+  const int n = static_cast<int>(laplacian.matrix().rows());
+  Stepped result{.matrix = eliminate(laplacian.matrix(), walls.points, conditions_at(walls, n))};
+  std::vector<char> said(n, false);
+  for (const auto* points : {&conditions.fixed.points, &walls.points})
+    for (const int i : *points) said[i] = true;
+  for (int i = 0; i < n; ++i) {
+    if (said[i]) continue;
+    result.evolving.push_back(i);
+    result.zero += laplacian.rows.outcome[i] == RowOutcome::Zero;
+  }
+  return result;
+}
+
+Findings examine(const Scheme& scheme, const Problem& problem, Stepped stepped, bool spectrum,
+                 int threads) {
   const Operator& op = problem.op;
   const int d = problem.cloud.dimension();
   Findings f(scheme, diagnose(scheme, problem.cloud, op, threads));
   f.residual = promised_residuals(f.scheme, op, f.rows, d);
   f.error_bound = bounds(f.scheme, op, f.rows);
   set_spacing(problem.cloud, op, threads, f);
-  f.evolving = evolving;
   if (!f.laplacian()) return f;
-  const auto A = principal_part(op.matrix(), f.evolving);
-  const Eigen::VectorXd volumes = op.volumes(f.evolving);
+  f.stepped = std::move(stepped);
+  const std::vector<int>& evolving = f.stepped.evolving;
+  const auto A = principal_part(f.stepped.matrix, evolving);
+  const Eigen::VectorXd volumes = op.volumes(evolving);
   f.matrix = summarise(A, volumes);
-  f.growth = forecast(problem.cloud, op.matrix(), f.evolving, op.volumes);
+  f.growth = forecast(problem.cloud, f.stepped.matrix, evolving, op.volumes);
   if (spectrum) {
     f.spectrum = gradpsi::spectrum(A, volumes, 2000, threads);
     f.growth = growth(*f.spectrum, f.growth);

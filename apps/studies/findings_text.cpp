@@ -69,7 +69,10 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
 
 void print_matrix(const Findings& f) {
   const auto& m = f.matrix;
-  std::cout << "matrix of the " << count(f.evolving.size(), "point") << " that evolve\n";
+  std::cout << "matrix of the " << count(f.stepped.evolving.size(), "point") << " that evolve\n";
+  if (const WallRows& w = f.stepped.walls; w.count > 0)
+    line("walls", w.count, ": ", w.second_order, " rows of second order, ", w.first_order,
+         " of first, ", w.by_gradient, " by a gradient's rows");
   line("symmetric by volumes", yes_no(m.symmetric), "; diagonally dominant: ", yes_no(m.dominant),
        "; minus it an M-matrix: ", yes_no(m.m_matrix), "; bandwidth ", m.bandwidth);
   line("eigenvalues", "real parts in [", text(m.leftmost * f.unit()), ", ",
@@ -91,7 +94,7 @@ void print(const Problem& problem, const Findings& f, const Report& report) {
   line("derivatives", on_derivatives(f, problem.op.rows));
   if (!f.laplacian()) return;
   line("explicit steps", on_explicit_steps(problem, f));
-  line("implicit steps", on_implicit_steps(problem, f));
+  line("implicit steps", on_implicit_steps(f));
 }
 
 }  // namespace gradpsi::apps

@@ -16,22 +16,17 @@ std::string sureness(const Findings& f) {
   return f.growth.certain ? "certainly" : "by the look of the worst rows";
 }
 
-/// Rows of points that evolve, by which they would not.
-std::ptrdiff_t zero_among_evolving(const RowReport& rows, const Findings& f) {
-  return std::ranges::count_if(f.evolving,
-                               [&](int i) { return rows.outcome[i] == RowOutcome::Zero; });
-}
-
-std::string still(std::ptrdiff_t zero) {
+/// Of rows of points that evolve, by which they would not.
+std::string still(std::int64_t zero) {
   return "not fit: " + count(zero, "row") + " of points that evolve could not be computed";
 }
 
 /// dt nu up to which explicit steps are stable, 0 if none are: without a spectrum by Gershgorin, for real
 /// eigenvalues.
-double explicit_step(const RowReport& rows, const Findings& f, Stepper stepper) {
+double explicit_step(const Findings& f, Stepper stepper) {
   constexpr double euler_end = 2,
                    rk4_end = 2.785293563405282;  // of the stable part of the real axis
-  if (f.growth.grows || zero_among_evolving(rows, f) > 0) return 0;
+  if (f.growth.grows || f.stepped.zero > 0) return 0;
   if (f.spectrum) return largest_stable_step(*f.spectrum, stepper);
   if (f.matrix.leftmost >= 0) return std::numeric_limits<double>::infinity();
   return (stepper == Stepper::Euler ? euler_end : rk4_end) / -f.matrix.leftmost;
@@ -86,21 +81,21 @@ std::string on_derivatives(const Findings& f, const RowReport& rows) {
 }
 
 std::string on_explicit_steps(const Problem& problem, const Findings& f) {
-  if (const auto zero = zero_among_evolving(problem.op.rows, f)) return still(zero);
+  if (f.stepped.zero > 0) return still(f.stepped.zero);
   if (f.growth.grows)
     return "not fit: fields grow, " + sureness(f) +
            (f.growth.point >= 0 ? ", fastest at " + at(problem, f.growth.point) : "") +
            ", at a rate of " + text(f.growth.rate * f.unit()) + " / dx^2";
   const auto step = [&](Stepper stepper) {
-    const double size = explicit_step(problem.op.rows, f, stepper);
+    const double size = explicit_step(f, stepper);
     return text(size) + " = " + text(size / f.unit()) + " dx^2";
   };
   return "fit up to dt nu = " + step(Stepper::Euler) + " with Euler, " +
          step(Stepper::RungeKutta4) + " with RK4 (" + sureness(f) + ")";
 }
 
-std::string on_implicit_steps(const Problem& problem, const Findings& f) {
-  if (const auto zero = zero_among_evolving(problem.op.rows, f)) return still(zero);
+std::string on_implicit_steps(const Findings& f) {
+  if (f.stepped.zero > 0) return still(f.stepped.zero);
   if (f.growth.grows) return growing_implicit_steps(f);
   const std::string solver = f.matrix.symmetric ? "Cholesky" : "LU or BiCGSTAB";
   return "fit with " + solver + ", any dt" +
@@ -118,9 +113,9 @@ Inspection inspection(const Problem& problem, const Findings& f) {
                     .error_bound = spread(f.error_bound),
                     .derivatives = on_derivatives(f, rows)};
   if (!f.laplacian()) return result;
-  result.matrix = {std::ssize(f.evolving), f.matrix};
-  result.verdict = {f.growth, explicit_step(problem.op.rows, f, Stepper::Euler),
-                    on_explicit_steps(problem, f), on_implicit_steps(problem, f)};
+  result.matrix = {std::ssize(f.stepped.evolving), f.matrix, f.stepped.walls};
+  result.verdict = {f.growth, explicit_step(f, Stepper::Euler), on_explicit_steps(problem, f),
+                    on_implicit_steps(f)};
   result.spectrum = f.spectrum;
   return result;
 }

@@ -12,7 +12,7 @@ namespace gradpsi::apps {
 std::string on_derivatives(const Findings& findings, const RowReport& rows);
 /// Of a Laplacian.
 std::string on_explicit_steps(const Problem& problem, const Findings& findings);
-std::string on_implicit_steps(const Problem& problem, const Findings& findings);
+std::string on_implicit_steps(const Findings& findings);
 
 /// For the report.
 Inspection inspection(const Problem& problem, const Findings& findings);

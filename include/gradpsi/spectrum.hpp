@@ -34,15 +34,17 @@ inline constexpr double slow_growth = 1e-3;
 
 /// Whether solutions of du/dt = nu A u grow, told from a few rows.
 struct Forecast {
-  bool grows = false;    ///< by more than slow_growth
-  bool certain = false;  ///< proved, by Gershgorin's theorem or by Cauchy's interlacing
-  int point = -1;        ///< where growth is fastest, -1: nowhere
-  double rate = 0;       ///< there, 1/length^2; <= 0 without growth
+  bool grows = false;  ///< by more than slow_growth
+  bool certain =
+      false;  ///< proved: by Gershgorin's theorem, by Cauchy's interlacing, or by all eigenvalues
+  int point = -1;   ///< where growth is fastest, -1: nowhere
+  double rate = 0;  ///< there, 1/length^2; without growth at most slow_growth, mostly < 0
 };
 
 /// Growth starts locally: at the nine points whose Gershgorin discs reach furthest to the right, and at the
 /// eighteen whose discs do so in units of |a_ii|, the eigenvalues of the block of the 30 nearest points tell
-/// whether A has any with a positive real part.
+/// where; those of blocks of 120 points, at the four points where it is fastest, whether A has any with a
+/// positive real part. A block's rate falls short of the whole's a bit: half of slow_growth is growth, then.
 /// @param cloud      n points
 /// @param laplacian  n x n, of `cloud`'s points
 /// @param points     those that evolve, ascending; the others are fixed

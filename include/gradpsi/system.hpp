@@ -98,5 +98,17 @@ class DiffusionSystem {
   DenseVector known_;  // workspace of right_hand_side()
 };
 
+/// A where some values follow from the others, u at `points` being such that conditions u = 0, as at walls
+/// without flux: what the other values evolve by.
+/// @param A           n x n
+/// @param points      k of them, each once
+/// @param conditions  k x n
+/// @return  n x n: A u for those u, from the other values; rows and columns of `points` are empty
+/// @throws InvalidInput  if sizes disagree, a point is out of range or named twice, or a condition holds
+///   whatever the values at `points` are
+/// @throws SolverError   if conditions leave these values open
+SparseMatrix eliminate(const SparseMatrix& A, const std::vector<int>& points,
+                       const SparseMatrix& conditions);
+
 }  // namespace gradpsi
 #pragma GCC visibility pop

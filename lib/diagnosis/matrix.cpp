@@ -12,8 +12,8 @@
 
 namespace gradpsi {
 
-double median_diagonal(const SparseMatrix& A) {
-  DenseVector sizes = A.diagonal().cwiseAbs();
+double median_diagonal(const VectorView& diagonal) {
+  DenseVector sizes = diagonal.cwiseAbs();
   const auto end = std::remove(sizes.begin(), sizes.end(), 0.0);
   if (end == sizes.begin()) return 0;
   return median(sizes.head(end - sizes.begin()));
@@ -58,7 +58,11 @@ SparseMatrix principal_part(const SparseMatrix& A, const std::vector<int>& point
     place[points[k]] = k;
   }
   const auto m = std::ssize(points);
+  Eigen::Index entries = 0;
+  for (const int i : points)
+    for (SparseMatrix::InnerIterator a(A, i); a; ++a) entries += place[a.col()] >= 0;
   SparseMatrix part(m, m);
+  part.reserve(entries);
   for (int k = 0; k < m; ++k) {
     part.startVec(k);
     for (SparseMatrix::InnerIterator a(A, points[k]); a; ++a)

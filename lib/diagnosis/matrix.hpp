@@ -1,10 +1,10 @@
 #pragma once
 
-#include "gradpsi/matrix.hpp"
+#include "gradpsi/dense.hpp"
 
 namespace gradpsi {
 
 /// The median |a_ii| of the rows where it is not zero; 0, if there are none.
-double median_diagonal(const SparseMatrix& A);
+double median_diagonal(const VectorView& diagonal);
 
 }  // namespace gradpsi

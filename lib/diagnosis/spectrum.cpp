@@ -65,7 +65,7 @@ Spectrum spectrum(const SparseMatrix& A, const DenseVector& volumes, int complet
                        " columns and " + std::to_string(volumes.size()) + " volumes");
   Spectrum result;
   if (n == 0) return result;
-  result.zero = slow_growth * median_diagonal(A);
+  result.zero = slow_growth * median_diagonal(DenseVector(A.diagonal()));
   if (n <= std::max(complete_below, 100)) {
     if (volumes.size() > 0 && is_symmetric(A, volumes))
       result.values = eigenvalues(A, volumes).cast<std::complex<double>>();

@@ -223,6 +223,40 @@ TEST(Forecast, SymmetricGrowthIsCertain) {
   EXPECT_GE(told.point, 0);
 }
 
+/// Second differences on a line whose ends are held; row i has a negative weight.
+SparseMatrix line_with_a_negative_weight(int n, int i) {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
+  A.diagonal().setConstant(-2);
+  A.diagonal(1).setConstant(1);
+  A.diagonal(-1).setConstant(1);
+  A(i, i + 2) = -0.01;
+  A(i, i) += 0.01;
+  return sparse(A);
+}
+
+// Near the end the row has neighbours with something to spare; far from it nothing is proved.
+TEST(Forecast, DiscsThatAScalingMovesToTheLeftAreCertain) {
+  constexpr int n = 200;
+  const Cloud cloud = make_cloud(Lattice{.dimension = 1, .points_per_side = n});
+  for (const int i : {2, n / 2}) {
+    const SparseMatrix A = line_with_a_negative_weight(n, i);
+    ASSERT_FALSE(summarise(A, DenseVector::Ones(n)).dominant);
+    const Forecast told = forecast(cloud, A, all_points(cloud), DenseVector::Ones(n));
+    EXPECT_EQ(told.certain, i == 2);
+    EXPECT_FALSE(told.grows);
+    EXPECT_LT(spectrum(A).rightmost(), 0);
+  }
+}
+
+TEST(Forecast, OfFewPointsIsTheirSpectrum) {
+  const Cloud cloud = irregular_cloud(2, 10, 5);
+  const Operator op =
+      assemble("laplacian-mixed-soc", cloud, find_neighbours(cloud, 3 * cloud.spacing()));
+  const Forecast told = forecast(cloud, op.matrix(), all_points(cloud), op.volumes);
+  EXPECT_TRUE(told.grows && told.certain);
+  EXPECT_NEAR(told.rate, spectrum(op.matrix()).rightmost(), 1e-9 * told.rate);
+}
+
 TEST(Diagnosis, SizesAreChecked) {
   const Cloud cloud = irregular_cloud(2, 8);
   const Neighbours near = find_neighbours(cloud, 3 * cloud.spacing());

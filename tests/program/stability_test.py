@@ -22,6 +22,17 @@ class Stability(ProgramTest):
             self.assertLessEqual(float(row["error_max"]), float(row["bound_max"]))
             if row["scheme"] == "laplacian-positive":
                 self.assertLess(float(row["max_real"]), 1e-10)
+        with open(self.path("s") / "forecast.csv") as file:
+            told = list(csv.DictReader(file))
+        self.assertEqual(len({row["points"] for row in told}), 8)
+        self.assertEqual(len(told), 17 * 2 * (2 * 5 + 3 * 3))
+        grows = np.array([float(row["rate"]) > float(row["zero"]) for row in told])
+        foretold = np.array([row["foretold"] == "1" for row in told])
+        certain = np.array([row["certain"] == "1" for row in told])
+        self.assertGreater(grows.sum(), len(told) / 4)
+        self.assertFalse((grows & ~foretold).any())
+        self.assertLess((~grows & foretold).sum(), 0.02 * len(told))
+        self.assertTrue((grows == foretold)[certain].all())
         for figure in ["stability_map_periodic", "stability_map_dirichlet", "stability_map_truncated", "spectra",
                        "history", "floor"]:
             self.assertGreater((self.path("s") / (figure + ".png")).stat().st_size, 5000)
