@@ -9,7 +9,6 @@
 #include <random>
 #include <vector>
 
-#include "common/columns.hpp"
 #include "common/points.hpp"
 
 namespace gradpsi::apps {
@@ -122,7 +121,7 @@ std::string words(const Anisotropy& found, const std::string& axes) {
   if (along.size() > 1) along += ")";
   return "spacings differ by direction: along " + along + " they are about " +
          text(std::round(found.ratio)) + " times smaller than the largest, " +
-         cell(found.largest, "%.2g") + ", while supports are balls";
+         text(found.largest) + ", while supports are balls";
 }
 
 }  // namespace gradpsi::apps
