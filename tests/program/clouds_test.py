@@ -104,7 +104,7 @@ class Clouds(ProgramTest):
             points = self.write_points({"x": u, "y": v, "T": u * u + v}, "bars.csv")
             bare = ["derive", points, "--field", "T", "--scheme", "gradient-direct-soc", "-o", self.path("o.csv")]
             said = "spacings differ by direction: along "
-            support = 0.3
+            support = "0.3"
             if jitter == 0:
                 error = self.run_program(*bare, "--support-ratio", 3, expect=1, warning=said)
                 support = re.search(r"; --support (\S+), which reaches across the largest spacings, computes them", error)[1]
