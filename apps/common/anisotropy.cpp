@@ -120,8 +120,8 @@ std::string words(const Anisotropy& found, const std::string& axes) {
       along += (along.empty() ? "(" : ", ") + text(std::round(100 * component) / 100);
   if (along.size() > 1) along += ")";
   return "spacings differ by direction: along " + along + " they are about " +
-         text(std::round(found.ratio)) + " times smaller than the largest, " +
-         text(found.largest) + ", while supports are balls";
+         text(std::round(found.ratio)) + " times smaller than the largest, " + text(found.largest) +
+         ", while supports are balls";
 }
 
 }  // namespace gradpsi::apps
