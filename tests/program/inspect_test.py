@@ -149,7 +149,7 @@ class Inspect(ProgramTest):
                  "--threads", str(threads)],
                 env=environment, capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
-            teams = [int(size) for size in re.findall(r"a team of (\d+)", done.stderr)]
+            teams = [int(size) for size in re.findall(r"a team of (\d+)", done.stderr + done.stdout)]
             self.assertEqual(max(teams, default=1), threads)
 
 
