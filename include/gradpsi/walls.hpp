@@ -34,10 +34,10 @@ struct WithWalls {
 ///
 /// exact on polynomials of degree 2: the positive stencil (see Scheme) in which the slope takes part, so
 /// that neighbours on one side will do. Rows without one meet sum_j a_ij r_ij + b_i n / |n| = 0 and
-/// sum_j a_ij |r_ij|^2 = 2d only, and are Lowered. No such row lets u grow; what the transfer adds to the diagonal
-/// makes it larger. At a corner all neighbours may
-/// lie to one side of the normal: that wall remains, to be a condition of another kind. The others are none
-/// any more; steps then have nu source among their sources (DiffusionOptions::source), after
+/// sum_j a_ij |r_ij|^2 = 2d only, and are Lowered. No such row lets u grow; what the transfer adds to the
+/// diagonal makes it larger. At a corner all neighbours may lie to one side of the normal: that wall remains,
+/// to be a condition of another kind. The others are none any more; on a surface the edges are such walls,
+/// in the plane that touches it, and what of n points out of it does not count. Steps then have nu source among their sources (DiffusionOptions::source), after
 /// with_conductivity() kappa_i nu source_i.
 ///
 /// @param laplacian  as assembled, all rows or some, those of the walls among them

@@ -29,6 +29,8 @@ class Space {
   Vector<D> offset(int i, int j) const { return displacement<D>(cloud_, i, j); }
   /// In terms of the offsets' coordinates, derivative along the points' coordinate `a`.
   Vector<D> along(int a) const { return Vector<D>::Unit(a); }
+  /// A direction in these coordinates, or its part that is within them.
+  Vector<D> within(const Vector<D>& direction) const { return direction; }
 
  private:
   const Cloud& cloud_;
@@ -44,6 +46,7 @@ class TangentPlanes {
   void stand_at(int i) { axes_ = tangents(normals_.row(i)); }
   Vector<2> offset(int i, int j) const { return axes_.transpose() * displacement<3>(cloud_, i, j); }
   Vector<2> along(int a) const { return axes_.row(a); }
+  Vector<2> within(const Vector<3>& direction) const { return axes_.transpose() * direction; }
 
  private:
   const Cloud& cloud_;

@@ -9,7 +9,7 @@
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
-#include "cloud/points.hpp"
+#include "cloud/geometry.hpp"
 #include "gradpsi/error.hpp"
 #include "operators/positive.hpp"
 #include "search/check.hpp"
@@ -20,22 +20,31 @@ namespace {
 /// A wall's row of the Laplacian: weights of the neighbours and of the slope.
 struct WallStencil {
   std::vector<double> weights;  // in the neighbours' order, 1/length^2
-  double slope = 0;             // 1/length
+  double slope = 0;             // of n . grad u, n as given; 1/length
   RowOutcome outcome = RowOutcome::Zero;
   double reciprocal_condition = 0;
 };
 
+/// On a surface: the part of a normal within it below which the point is no edge of it.
+constexpr double least_within = 0.1;
+
 /// Solves the rows of a thread's points.
-template <int D>
+template <class Geometry>
 class WallSolver {
+  static constexpr int D = Geometry::dimension;
+
  public:
-  WallStencil operator()(const Cloud& cloud, const Neighbours& near, int i,
-                         const Vector<D>& normal) {
+  explicit WallSolver(const Geometry& geometry) : geometry_(geometry) {}
+
+  WallStencil operator()(const Neighbours& near, int i, const Eigen::VectorXd& given) {
+    geometry_.stand_at(i);
+    const Vector<D> normal = geometry_.within(given);
+    if (normal.norm() < least_within * given.norm()) return {};
     const auto neighbours = near.of(i);
     const double h = near.support(i);
     n_ = static_cast<int>(neighbours.size());
     Columns s = s_.columns(n_, D), q = q_.columns(n_, 1), psi = psi_.columns(n_, 1);
-    for (int k = 0; k < n_; ++k) s.row(k) = displacement<D>(cloud, i, neighbours[k]) / h;
+    for (int k = 0; k < n_; ++k) s.row(k) = geometry_.offset(i, neighbours[k]) / h;
     q = s.square().rowwise().sum().sqrt();
     WallStencil result;
     for (const bool trace_only : {false, true}) {
@@ -46,31 +55,50 @@ class WallSolver {
       result.outcome = trace_only ? RowOutcome::Lowered : RowOutcome::AsAsked;
       result.weights.resize(n_);
       for (int k = 0; k < n_; ++k) result.weights[k] = psi(k) / (h * h);
-      result.slope = wall.slope / h;
+      result.slope = wall.slope / h / normal.norm();
       break;
     }
     return result;
   }
 
  private:
+  Geometry geometry_;
   int n_ = 0;
   Buffer s_, q_, psi_;
   PositiveStencil<D> stencil_;
 };
 
 /// Those of all walls.
-std::vector<WallStencil> wall_stencils(const Cloud& cloud, const Neighbours& near,
-                                       const std::vector<int>& points, const Positions& normals,
-                                       int threads) {
-  std::vector<WallStencil> result(points.size());
-  dispatch(cloud.dimension(), [&](auto d) {
-    parallel_chunks(static_cast<int>(points.size()), 64, threads,
-                    [&, solver = WallSolver<d>()](int begin, int end) mutable {
-                      for (int k = begin; k < end; ++k)
-                        result[k] = solver(cloud, near, points[k], normals.row(k).transpose());
-                    });
-  });
+template <class Geometry>
+std::vector<WallStencil> wall_stencils(const Geometry& geometry, const Neighbours& near,
+                                       const FluxWalls& walls, int threads) {
+  std::vector<WallStencil> result(walls.points.size());
+  parallel_chunks(static_cast<int>(result.size()), 64, threads,
+                  [&, solver = WallSolver(geometry)](int begin, int end) mutable {
+                    for (int k = begin; k < end; ++k)
+                      result[k] = solver(near, walls.points[k], walls.normals.row(k).transpose());
+                  });
   return result;
+}
+
+/// The normals of the surface that the points lie on, n x 3, 0 where none is known.
+Positions surface_normals(const Operator& op, int points) {
+  if (op.points.empty()) return op.normals;
+  Positions result = Positions::Zero(points, 3);
+  result(op.points, Eigen::all) = op.normals;
+  return result;
+}
+
+std::vector<WallStencil> wall_stencils(const Operator& laplacian, const Cloud& cloud,
+                                       const Neighbours& near, const FluxWalls& walls,
+                                       int threads) {
+  if (laplacian.normals.size() > 0) {
+    const Positions normals = surface_normals(laplacian, cloud.size());
+    return wall_stencils(TangentPlanes(cloud, normals), near, walls, threads);
+  }
+  return dispatch(cloud.dimension(), [&](auto d) {
+    return wall_stencils(Space<decltype(d)::value>(cloud), near, walls, threads);
+  });
 }
 
 /// Appends a wall's row, the neighbours that count and the diagonal.
@@ -147,7 +175,7 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
   check_match(cloud, near);
   check(laplacian, cloud);
   check(walls, cloud);
-  const auto stencils = wall_stencils(cloud, near, walls.points, walls.normals, threads);
+  const auto stencils = wall_stencils(laplacian, cloud, near, walls, threads);
   std::vector<int> place(cloud.size(), -1), left;
   for (int k = 0; k < std::ssize(stencils); ++k)
     if (stencils[k].outcome == RowOutcome::Zero)
@@ -171,10 +199,9 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
     }
     const int k = place[i];
     const WallStencil& wall = stencils[k];
-    const double slope = wall.slope / walls.normals.row(k).norm();
-    append(wall, near.of(i), walls.transfer.size() > 0 ? slope * walls.transfer[k] : 0, i, matrix,
-           row);
-    if (walls.flux.size() > 0) result.source[i] = slope * walls.flux[k];
+    append(wall, near.of(i), walls.transfer.size() > 0 ? wall.slope * walls.transfer[k] : 0, i,
+           matrix, row);
+    if (walls.flux.size() > 0) result.source[i] = wall.slope * walls.flux[k];
     if (op.rows.outcome.empty()) continue;
     op.rows.outcome[row] = wall.outcome;
     op.rows.reciprocal_condition[row] = wall.reciprocal_condition;

@@ -174,6 +174,34 @@ TEST(Surface, AreasOfASphereAddUp) {
   EXPECT_NEAR(op.volumes.sum() / (4 * std::numbers::pi), 1, 0.01);
 }
 
+// At the edge of a surface, walls are those of the plane that touches it.
+TEST(Surface, EdgesOfAPlaneHaveTheWallsOfTwoDimensions) {
+  const Cloud flat = irregular_cloud(2, 14);
+  Positions x = Positions::Zero(flat.size(), 3);
+  x.leftCols(2) = flat.positions();
+  const Eigen::Matrix3d R = turn();
+  const Cloud tilted(Positions(x * R.transpose()), {.volumes = flat.volumes()});
+  FluxWalls walls;
+  for (int i = 0; i < flat.size(); ++i)
+    if (x(i, 0) < 0.08) walls.points.push_back(i);
+  const auto count = std::ssize(walls.points);
+  walls.normals = Eigen::RowVector2d(-2, 0).replicate(count, 1);
+  walls.flux = DenseVector::LinSpaced(count, 1, 2);
+  walls.transfer = DenseVector::LinSpaced(count, 3, 2);
+  FluxWalls edges = walls;
+  edges.normals = Eigen::RowVector3d(R * Eigen::Vector3d(-2, 0, 1)).replicate(count, 1);
+  const double h = 3.9 * flat.spacing();
+  const Neighbours near = find_neighbours(flat, h), around = find_neighbours(tilted, h);
+  const WithWalls plane = with_walls(assemble("laplacian-ls-2", flat, near), flat, near, walls);
+  const WithWalls surface =
+      with_walls(assemble("laplacian-ls-2", tilted, around, on_surface), tilted, around, edges);
+  EXPECT_EQ(surface.remaining.points, plane.remaining.points);
+  EXPECT_LT(plane.remaining.points.size(), walls.points.size() / 2);
+  EXPECT_LT((surface.source - plane.source).norm(), 1e-9 * plane.source.norm());
+  EXPECT_LT((surface.laplacian.matrix() - plane.laplacian.matrix()).norm(),
+            1e-9 * plane.laplacian.matrix().norm());
+}
+
 // Points of space are no surface, nor are two sheets within one support.
 TEST(Surface, RowsAwayFromAnySurfaceAreDegenerate) {
   const Cloud cloud = irregular_cloud(3, 7);
