@@ -75,6 +75,28 @@ class Clouds(ProgramTest):
                                  "--on-surface", "-o", self.path("o.csv"), expect=1)
         self.assertIn("its neighbours lie on no surface", error)
 
+    def test_31_a_cap_with_a_flux_at_its_edge(self):
+        """-lap u = f on a cap of the sphere, half of its edge held; u = z + x y, whose parts have eigenvalues -2, -6."""
+        errors = []
+        for n in [300, 1200]:
+            dx, i = np.sqrt(np.pi / n), np.arange(n)
+            z, phi = 1 - (i + 0.5) / n * (0.5 - 0.6 * dx), i * np.pi * (3 - np.sqrt(5))
+            t = np.arange(0, 2 * np.pi, 2 * np.pi / round(2 * np.pi * np.sqrt(0.75) / dx))
+            edge = np.c_[np.cos(t), np.sin(t), np.full(t.size, 0.5)] * [np.sqrt(0.75), np.sqrt(0.75), 1]
+            x, y, z = np.r_[np.c_[np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], edge].T
+            held = (np.arange(x.size) >= n) & (x > 0)
+            free = (np.arange(x.size) >= n) & ~held
+            normal = free * np.array([x * 0.5, y * 0.5, -0.75 * np.ones(x.size)]) / np.sqrt(0.75)
+            u, flux = z + x * y, normal[0] * y + normal[1] * x + normal[2]
+            points = self.write_points({"x": x, "y": y, "z": z, "T": held * u, "nx": normal[0], "ny": normal[1], "nz": normal[2],
+                                        "held": held, "g": flux, "f": 2 * z + 6 * x * y})
+            self.run_program("diffuse", points, "--field", "T", "--scheme", "laplacian-ls-2", "--neighbours", 36, "--on-surface",
+                             "--on-degenerate", "widen", "--fixed", "held", "--normal", "n", "--flux", "g", "--source", "f",
+                             "--steady", "-o", self.path("o.csv"))
+            errors.append(np.abs(self.read_csv("o.csv")["T"] - u).max())
+        self.assertLess(errors[1], 0.005)
+        self.assertGreater(np.log2(errors[0] / errors[1]), 1.7)
+
     def test_31_heat_on_a_sphere(self):
         """u = z decays by exp(-2 nu t)."""
         self.run_program("diffuse", CASES / "sphere.csv", "--field", "u", "--scheme", "laplacian-ls-3", "--on-surface",
