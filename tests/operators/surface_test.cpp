@@ -56,8 +56,7 @@ TEST_P(OnSurface, APlaneHasTheRowsOfTwoDimensions) {
   const Cloud tilted(Positions(x * R.transpose()), {.volumes = flat.volumes()});
   const double h = 3.9 * flat.spacing();
   const AssemblyOptions options{.on_degenerate = OnDegenerate::Lower};
-  AssemblyOptions within = options;
-  within.on_surface = true;
+  const AssemblyOptions within{.on_degenerate = OnDegenerate::Lower, .on_surface = true};
   const Operator plane = assemble(scheme, flat, find_neighbours(flat, h), options);
   const Operator surface = assemble(scheme, tilted, find_neighbours(tilted, h), within);
   for (int i = 0; i < flat.size(); ++i) {
