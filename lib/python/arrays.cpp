@@ -11,12 +11,17 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 std::string shape(const py::array& x) { return py::str(x.attr("shape")); }
 
-py::array numpy_array(const py::object& x) {
-  return py::module_::import("numpy").attr("asarray")(x);
+/// numpy.asarray() would uncover what a mask hides.
+py::array numpy_array(const py::object& x, std::string_view name) {
+  const py::module_ numpy = py::module_::import("numpy");
+  if (numpy.attr("ma").attr("is_masked")(x).cast<bool>())
+    throw InvalidInput(std::string(name) +
+                       " has masked elements: fill them, or leave their points out");
+  return numpy.attr("asarray")(x);
 }
 
 Doubles numbers(const py::object& x, std::string_view name) {
-  const py::array array = numpy_array(x);
+  const py::array array = numpy_array(x, name);
   // Others would be converted, too: complex numbers by dropping half of each, text by reading it.
   if (std::string_view("biuf").find(array.dtype().kind()) == std::string_view::npos)
     throw InvalidInput(std::string(name) + " must be real numbers, not of type " +
@@ -96,7 +101,7 @@ py::array Fields::array() {
 
 std::vector<int> points(const py::object& x, std::string_view name, int size) {
   if (x.is_none()) return {};
-  py::array array = numpy_array(x);
+  py::array array = numpy_array(x, name);
   if (array.ndim() != 1) throw_shape(name, "indices or a mask", array);
   if (array.dtype().kind() == 'b') {
     if (array.size() != size)

@@ -43,6 +43,11 @@ std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, in
   if (found.size() == 0) return {};
   const double usual = median(std::move(found));
 
+  // A pair is close in units of both supports, not of one that is large among small ones.
+  for (int k = 0; k < cloud.size(); ++k)
+    if (q[k] < much_closer * usual)
+      q[k] *= std::max(1.0, near.support(k) / near.support(nearest_neighbour(cloud, near, k)));
+
   std::vector<std::string> result;
   Eigen::Index i;
   if (const double least = q.minCoeff(&i); least < much_closer * usual) {

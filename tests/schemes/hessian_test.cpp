@@ -29,6 +29,12 @@ class Hessian : public testing::TestWithParam<SchemeAndDimension> {
     const double ratio = support_ratio(scheme()).value_or(dimension() == 3 ? 2.9 : 3.2);
     return find_neighbours(cloud, ratio * cloud.spacing());
   }
+  /// All rows in one and two dimensions, in three every fifth.
+  AssemblyOptions options(const Cloud& cloud) const {
+    std::vector<int> rows;
+    for (int i = 0; i < cloud.size(); i += dimension() == 3 ? 5 : 1) rows.push_back(i);
+    return {.on_degenerate = OnDegenerate::Zero, .rows = rows};
+  }
   /// The same scheme of another derivative.
   Scheme other(Derivative derivative) const {
     Scheme result = scheme();
@@ -46,12 +52,12 @@ void expect_near(const SparseMatrix& found, const SparseMatrix& expected, double
 TEST_P(Hessian, TraceIsTheLaplacian) {
   const Cloud cloud = this->cloud();
   const Neighbours near = neighbours(cloud);
-  const AssemblyOptions options{.on_degenerate = OnDegenerate::Zero};
+  const AssemblyOptions options = this->options(cloud);
   const Operator hessian = assemble(scheme(), cloud, near, options);
   const Operator laplacian = assemble(other(Derivative::Laplacian), cloud, near, options);
   const auto names = components(Derivative::Hessian, dimension());
   ASSERT_EQ(hessian.axes.size(), names.size());
-  SparseMatrix trace(cloud.size(), cloud.size());
+  SparseMatrix trace(laplacian.matrix().rows(), cloud.size());
   double size = 0;
   for (std::size_t o = 0; o < names.size(); ++o) {
     size += hessian.axes[o].norm();
@@ -67,7 +73,7 @@ TEST_P(Hessian, TraceIsTheLaplacian) {
 TEST_P(Hessian, IsTheSameBesideALaplacian) {
   const Cloud cloud = this->cloud();
   const Neighbours near = neighbours(cloud);
-  const AssemblyOptions options{.on_degenerate = OnDegenerate::Zero};
+  const AssemblyOptions options = this->options(cloud);
   const auto together = assemble({other(Derivative::Laplacian), scheme()}, cloud, near, options);
   const Operator alone = assemble(scheme(), cloud, near, options);
   for (std::size_t o = 0; o < alone.axes.size(); ++o)

@@ -270,6 +270,22 @@ TEST(Fault06, ASupportAsLargeAsTheDomainIsRefusedWithTheBytesItWouldTake) {
               testing::AllOf(HasSubstr("at most 2^31 - 1 entries"), HasSubstr("GB")));
 }
 
+// A support that reaches everything, and a point that nothing reaches.
+TEST(Fault45, OneHugeSupportAndALonePointChangeNothingForTheOthers) {
+  for (const int d : {1, 2, 3}) {
+    const Cloud cloud = irregular_cloud(d, d == 3 ? 9 : 22);
+    const int n = cloud.size();
+    Positions x(n + 1, d);
+    x.topRows(n) = cloud.positions();
+    x.row(n).setConstant(1e6);
+    const Cloud with_lone(x);
+    Eigen::VectorXd supports = Eigen::VectorXd::Constant(n + 1, 2.1 * cloud.spacing());
+    supports[n / 2] = 1e3;
+    expect_equal_to_all_pairs(with_lone, supports);
+    EXPECT_THAT(warnings(with_lone, find_neighbours(with_lone, supports)), testing::IsEmpty());
+  }
+}
+
 TEST(Neighbours, ThreadsAreChecked) {
   for (const int bad : {-1, 100'000})
     EXPECT_THROW(find_neighbours(irregular_cloud(1, 9), 0.5, bad), InvalidInput);
