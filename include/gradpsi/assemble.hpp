@@ -68,6 +68,12 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
                 const AssemblyOptions& options = {});
 
+/// The same for several operators that share their pattern, in one pass over the points.
+/// @throws InvalidInput  as above; if there are not as many operators as schemes
+/// @throws StencilError  as above; all of `operators` then hold what could be computed
+void reassemble(const std::vector<Scheme>& schemes, const Cloud& cloud, const Neighbours& near,
+                std::vector<Operator>& operators, const AssemblyOptions& options = {});
+
 /// Does for an operator that was assembled with OnDegenerate::Zero what OnDegenerate::Fail does, but for rows
 /// that are not needed.
 /// @param scheme  what `op` was assembled with
@@ -84,7 +90,7 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::
 ///
 /// and rows sum to zero again. Supports need not be alike for it, but should vary slowly (local_spacing()):
 /// what that costs is of the order of grad h, squared. Rows that are zero for want of an answer stay so, and
-/// for their points other rows keep their own weights. `rows.neighbours` counts both kinds of neighbours.
+/// for their points other rows keep their own weights. `rows.neighbours` counts both kinds, as far as their entries are not 0.
 /// With one support nothing changes but by rounding. Cost: a transposition of each matrix.
 ///
 /// @param scheme   what `op` was assembled with

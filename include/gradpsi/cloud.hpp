@@ -30,6 +30,10 @@ class Cloud {
   /// @throws InvalidInput  naming the point or the argument
   explicit Cloud(Positions positions, CloudOptions options = {});
 
+  /// Puts the points somewhere else, in the memory they have.
+  /// @throws InvalidInput  if the size is another one, or a coordinate is not finite; all is then as before
+  void move_to(const Positions& positions);
+
   int size() const { return static_cast<int>(positions_.rows()); }       ///< n
   int dimension() const { return static_cast<int>(positions_.cols()); }  ///< d
   const Positions& positions() const { return positions_; }              ///< n x d, as given

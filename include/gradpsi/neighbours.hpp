@@ -19,14 +19,18 @@ struct Neighbours {
   /// All points, near ones close to one another: the order in which rows are worked on, for the sake of
   /// the caches; no result depends on it. Empty: 0, 1, 2, ..
   IndexVector order = {};
+  /// How far lists reach beyond the supports, for points that move; 0: not at all. Points between h and
+  /// h + skin are in the lists without being neighbours: entries of matrices that are 0 until they come nearer.
+  double skin = 0;
+  Positions places = {};  ///< with a skin, where the points were when these were found (n x d)
 
   /// The number of points, n.
   int size() const { return static_cast<int>(offsets.size()) - 1; }
-  /// The number of neighbours of point i.
+  /// The number of neighbours of point i, and of points in its skin.
   int count(int i) const { return offsets[i + 1] - offsets[i]; }
   /// h of point i.
   double support(int i) const { return supports[supports.size() == 1 ? 0 : i]; }
-  /// The neighbours of point i, ascending.
+  /// The neighbours of point i, with those in its skin, ascending.
   std::span<const int> of(int i) const {
     return {indices.data() + offsets[i], static_cast<std::size_t>(count(i))};
   }
@@ -59,6 +63,29 @@ Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int t
 ///   twice
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>& rows, int threads = 0);
+
+/// How far lists are to reach beyond the supports.
+struct Skin {
+  double width;  ///< > 0 (a length)
+};
+
+/// The same with a skin: as long as no point has moved by more than half of it, every neighbour is in the
+/// lists, and reassemble() gives what these points' own lists would give, on a pattern that stays.
+/// Lists are longer by about (1 + skin / h)^d.
+/// @throws InvalidInput  as above; if the width is not > 0, or h and skin are more than half a periodic box
+Neighbours find_neighbours(const Cloud& cloud, double support, Skin skin, int threads = 0);
+/// The same with one support per row.
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, Skin skin,
+                           int threads = 0);
+
+/// Whether a point has moved by more than half the skin since `near` was found, the shortest image counting
+/// in periodic directions: a neighbour may then be missing, and whatever takes `near` refuses it. One pass over
+/// the positions.
+/// @param near     found with a skin
+/// @param cloud    the same n points, where they are now
+/// @param threads  0: as many as OpenMP offers
+/// @throws InvalidInput  if `near` has no skin or is of other points, or `threads` is out of range
+bool is_stale(const Neighbours& near, const Cloud& cloud, int threads = 0);
 
 /// Distance from each point to the nearest other one (n lengths; infinity for a lone point). O(n log n).
 /// @param cloud    n points

@@ -70,4 +70,13 @@ Cloud::Cloud(Positions positions, CloudOptions options)
   check_box(box_, dimension());
 }
 
+void Cloud::move_to(const Positions& positions) {
+  if (positions.rows() != positions_.rows() || positions.cols() != positions_.cols())
+    throw InvalidInput("positions is " + std::to_string(positions.rows()) + " x " +
+                       std::to_string(positions.cols()) + " for " + std::to_string(size()) +
+                       " points in " + std::to_string(dimension()) + " dimensions");
+  check_positions(positions, numbers_);
+  positions_ = positions;
+}
+
 }  // namespace gradpsi

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -30,17 +31,22 @@ Coincidences coincidences(const Cloud& cloud);
 std::string words(const Coincidences& found, const Cloud& cloud, std::int64_t count,
                   std::int64_t all);
 
+/// The way from one place to another, in periodic directions to the nearest image.
+template <int D>
+Vector<D> displacement(const double* from, const double* to, const std::array<double, 3>& box) {
+  Vector<D> r;
+  for (int a = 0; a < D; ++a) {
+    r[a] = to[a] - from[a];
+    if (box[a] > 0) r[a] -= box[a] * std::nearbyint(r[a] / box[a]);
+  }
+  return r;
+}
+
 /// r_ij = x_j - x_i, in periodic directions to the nearest image of j.
 template <int D>
 Vector<D> displacement(const Cloud& cloud, int i, int j) {
   const double* const x = cloud.positions().data();
-  Vector<D> r;
-  for (int a = 0; a < D; ++a) {
-    r[a] = x[std::ptrdiff_t{j} * D + a] - x[std::ptrdiff_t{i} * D + a];
-    const double length = cloud.box()[a];
-    if (length > 0) r[a] -= length * std::nearbyint(r[a] / length);
-  }
-  return r;
+  return displacement<D>(x + std::ptrdiff_t{i} * D, x + std::ptrdiff_t{j} * D, cloud.box());
 }
 
 }  // namespace gradpsi

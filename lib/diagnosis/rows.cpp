@@ -127,6 +127,11 @@ class RowSums {
   int entries_ = 0, weights_ = 0, negative_ = 0;
 };
 
+/// The entries off the diagonal that can have a weight: points in a skin have none.
+int most_weights(const Operator& op, int i) {
+  return i < op.rows.neighbours.size() ? op.rows.neighbours[i] : std::numeric_limits<int>::max();
+}
+
 template <class Geometry>
 RowDiagnosis diagnose(const Scheme& scheme, const Geometry& geometry, const Operator& op,
                       int threads) {
@@ -146,7 +151,7 @@ RowDiagnosis diagnose(const Scheme& scheme, const Geometry& geometry, const Oper
         rows.remainders.row(i) = rows.remainders.row(i).cwiseMax(row.sizes());
         rows.amplification[i] = std::max(rows.amplification[i], std::pow(dx, q) * row.sizes()[0]);
         negative += row.negative();
-        weights += row.weights();
+        weights += std::min(row.weights(), most_weights(op, i));
       }
       rows.negative_share[i] = weights == 0 ? 0 : negative / static_cast<double>(weights);
     }

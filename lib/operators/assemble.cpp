@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -35,13 +36,18 @@ void check_unit(const Scheme& scheme, const DenseVector& supports) {
 void check(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
            const AssemblyOptions& options) {
   static_cast<void>(recipe(scheme));
-  checked_threads(options.threads);
-  check_match(cloud, near);
   if (on_surface(cloud, options) && order(scheme.derivative) > 1 &&
       target(scheme.derivative).outputs(2) > 1)
     throw InvalidInput(name(scheme) + " is not for surfaces: gradients and Laplacians are");
-  check_kernel(options.kernel, row_dimension(cloud, options));
   check_unit(scheme, near.supports);
+}
+
+void check(std::span<const Scheme> schemes, const Cloud& cloud, const Neighbours& near,
+           const AssemblyOptions& options) {
+  checked_threads(options.threads);
+  check_match(cloud, near, options.threads);
+  for (const Scheme& scheme : schemes) check(scheme, cloud, near, options);
+  check_kernel(options.kernel, row_dimension(cloud, options));
   if (!options.rows) return;
   std::int64_t entries = 0;
   for (const int i : *options.rows) {
@@ -85,6 +91,34 @@ void finish(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
       matrix.prune([&](int k, int j, double a) { return a != 0 || j == rows.point(k); });
 }
 
+/// reassemble() for any number of operators.
+void fill_again(std::span<const Scheme> schemes, const Cloud& cloud, const Neighbours& near,
+                std::span<Operator> operators, const AssemblyOptions& options) {
+  if (schemes.size() != operators.size())
+    throw InvalidInput(std::to_string(schemes.size()) + " schemes are for as many operators, not " +
+                       std::to_string(operators.size()));
+  if (schemes.empty()) return;
+  check(schemes, cloud, near, options);
+  const ChosenRows rows = chosen_rows(options, cloud);
+  for (std::size_t r = 0; r < schemes.size(); ++r)
+    check_pattern(schemes[r], cloud, near, rows, operators[r], options);
+  DenseVector computed;
+  if (!cloud.has_volumes()) computed = measures(cloud, near, options);
+  const DenseVector& volumes = cloud.has_volumes() ? cloud.volumes() : computed;
+  std::vector<Request> requests;
+  for (std::size_t r = 0; r < schemes.size(); ++r) {
+    Operator& op = operators[r];
+    resize(op.volumes, cloud.size());
+    op.volumes = volumes;  // copied, not moved: others may have views of the numbers that are there
+    if (on_surface(cloud, options)) resize(op.normals, rows.count, 3);
+    requests.push_back(
+        {&op, ladder(schemes[r], row_dimension(cloud, options), options.on_degenerate)});
+  }
+  fill(&cpu(), requests, cloud, near, volumes, rows, options);
+  for (std::size_t r = 0; r < schemes.size(); ++r)
+    finish(schemes[r], cloud, rows, options, operators[r]);
+}
+
 }  // namespace
 
 Operator assemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
@@ -100,8 +134,8 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& schemes,
                                     const Cloud& cloud, const Neighbours& near,
                                     const AssemblyOptions& options) {
-  for (const Scheme& scheme : schemes) check(scheme, cloud, near, options);
   if (schemes.empty()) return {};
+  check(schemes, cloud, near, options);
   const ChosenRows rows = chosen_rows(options, cloud);
   std::vector<Operator> operators(schemes.size());
   std::vector<Request> requests;
@@ -122,20 +156,12 @@ std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& s
 
 void reassemble(const Scheme& scheme, const Cloud& cloud, const Neighbours& near, Operator& op,
                 const AssemblyOptions& options) {
-  check(scheme, cloud, near, options);
-  const ChosenRows rows = chosen_rows(options, cloud);
-  check_pattern(scheme, cloud, near, rows, op, options);
-  DenseVector computed;
-  if (!cloud.has_volumes()) computed = measures(cloud, near, options);
-  resize(op.volumes, cloud.size());
-  op.volumes =
-      cloud.has_volumes()
-          ? cloud.volumes()
-          : computed;  // copied, not moved: others may have views of the numbers that are there
-  if (on_surface(cloud, options)) resize(op.normals, rows.count, 3);
-  fill(&cpu(), {{&op, ladder(scheme, row_dimension(cloud, options), options.on_degenerate)}}, cloud,
-       near, op.volumes, rows, options);
-  finish(scheme, cloud, rows, options, op);
+  fill_again({&scheme, 1}, cloud, near, {&op, 1}, options);
+}
+
+void reassemble(const std::vector<Scheme>& schemes, const Cloud& cloud, const Neighbours& near,
+                std::vector<Operator>& operators, const AssemblyOptions& options) {
+  fill_again(schemes, cloud, near, operators, options);
 }
 
 }  // namespace gradpsi

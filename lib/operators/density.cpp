@@ -19,7 +19,7 @@ namespace {
 /// 1 / sum_j W_ij, W the kernel of so many dimensions.
 DenseVector number_density_measures(const Cloud& cloud, const Neighbours& near,
                                     const Kernel& kernel, int dimension, int threads) {
-  check_match(cloud, near);
+  check_match(cloud, near, threads);
   check_kernel(kernel, dimension);
   return dispatch(cloud.dimension(), [&](auto d) {
     constexpr int D = decltype(d)::value;

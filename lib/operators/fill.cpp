@@ -10,6 +10,7 @@
 #include "operators/degenerate.hpp"
 #include "operators/row.hpp"
 #include "operators/surface.hpp"
+#include "search/within.hpp"
 
 namespace gradpsi {
 namespace {
@@ -34,10 +35,11 @@ class RowWorker {
         points_(batch_points(cloud, near, options.kernel, volumes)),
         plan_(cpu ? plan(requests, D) : Plan{{}, std::vector<int>(requests.size(), -1)}),
         solved_(plan_.systems.size() * rows_per_chunk),
+        neighbours_(rows_per_chunk),
         alone_(options.kernel) {
     const SparseMatrix& pattern = requests.front().op->axes.front();
     pattern_ = {pattern.outerIndexPtr(), pattern.innerIndexPtr(),
-                rows.chosen ? rows.chosen->data() : nullptr};
+                rows.chosen ? rows.chosen->data() : nullptr, nullptr};
   }
 
   /// Computes up to rows_per_chunk rows of all requests, and their reports.
@@ -55,6 +57,7 @@ class RowWorker {
     int most = 0;
     for (int n = begin; n < end; ++n)
       most = std::max(most, pattern_.outer[row(n) + 1] - pattern_.outer[row(n)]);
+    pattern_.neighbours = neighbours_.data();  // this copy's
     int outputs = 0;
     for (std::size_t s = 0; s < plan_.systems.size(); ++s) {
       plan_.systems[s].solved = solved_.data() + s * rows_per_chunk;
@@ -71,9 +74,9 @@ class RowWorker {
     const Request& request = requests_[r];
     RowReport& report = request.op->rows;
     const int i = rows_.point(k), s = plan_.of_request[r];
-    report.neighbours[k] = near_.count(i);
     report.supports[k] = near_.support(i);
     if (s >= 0 && solved_[s * rows_per_chunk + n]) {
+      report.neighbours[k] = neighbours_[n];
       report.reciprocal_condition[k] = plan_.systems[s].reciprocal_condition[k];
       report.outcome[k] = RowOutcome::AsAsked;
       report.degree[k] = request.steps.front().exact;
@@ -83,13 +86,29 @@ class RowWorker {
   }
 
   void solve_alone(const Request& request, int i, int k) {
-    const auto neighbours = near_.of(i);
+    const auto neighbours = within_support(cloud_, near_, i, within_);
+    request.op->rows.neighbours[k] = static_cast<int>(neighbours.size());
     alone_.gather(cloud_, neighbours, near_.support(i), volumes_, i);
     solve_row(alone_, request.steps, request.op->rows, k);
     for (std::size_t o = 0; o < request.op->axes.size(); ++o)
-      alone_.write(neighbours, i, static_cast<int>(o),
-                   request.op->axes[o].valuePtr() + pattern_.outer[k]);
+      write_alone(neighbours, i, static_cast<int>(o), k,
+                  request.op->axes[o].valuePtr() + pattern_.outer[k]);
     if constexpr (std::is_same_v<AnyRow, SurfaceRow>) request.op->normals.row(k) = alone_.normal();
+  }
+
+  /// Writes what has been solved alone in its row's places; points in the skin get 0.
+  void write_alone(std::span<const int> neighbours, int i, int output, int k, double* entry) {
+    if (std::ssize(neighbours) == near_.count(i)) return alone_.write(neighbours, i, output, entry);
+    own_.resize(neighbours.size() + 1);
+    alone_.write(neighbours, i, output, own_.data());
+    const double* a = own_.data();
+    auto next = neighbours.begin();
+    for (int l = pattern_.outer[k]; l < pattern_.outer[k + 1]; ++l) {
+      const int j = pattern_.inner[l];
+      const bool is_neighbour = next != neighbours.end() && *next == j;
+      next += is_neighbour;
+      *entry++ = is_neighbour || j == i ? *a++ : 0;
+    }
   }
 
   const Cpu* cpu_;
@@ -103,6 +122,9 @@ class RowWorker {
   BatchRows pattern_;
   Plan plan_;
   std::vector<unsigned char> solved_;  // by system, of the chunk's rows
+  std::vector<int> neighbours_;        // with a weight, of the chunk's rows
+  std::vector<int> within_;            // of one row, its neighbours
+  std::vector<double> own_;            // and entries
   AnyRow alone_;
   LaneMemory memory_;
 };

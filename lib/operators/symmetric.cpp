@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -89,6 +90,15 @@ SparseMatrix mean_of_both(const SparseMatrix& A, double sign, const Operator& op
   return result;
 }
 
+/// Points that have a weight in row i, in one matrix at least.
+int weights(const Operator& op, int i) {
+  int count = 0;
+  for (int k = op.matrix().outerIndexPtr()[i]; k < op.matrix().outerIndexPtr()[i + 1]; ++k)
+    count += op.matrix().innerIndexPtr()[k] != i &&
+             std::ranges::any_of(op.axes, [&](const auto& A) { return A.valuePtr()[k] != 0; });
+  return count;
+}
+
 }  // namespace
 
 Operator with_symmetric_supports(const Scheme& scheme, Operator op, int threads) {
@@ -97,9 +107,7 @@ Operator with_symmetric_supports(const Scheme& scheme, Operator op, int threads)
   const double sign = symmetry(scheme) == Symmetry::Symmetric ? 1 : -1;
   for (SparseMatrix& A : op.axes) A = mean_of_both(A, sign, op, threads);
   for (int i = 0; i < op.rows.neighbours.size(); ++i)
-    if (op.rows.outcome[i] != RowOutcome::Zero)
-      op.rows.neighbours[i] =
-          op.matrix().outerIndexPtr()[i + 1] - op.matrix().outerIndexPtr()[i] - 1;
+    if (op.rows.outcome[i] != RowOutcome::Zero) op.rows.neighbours[i] = weights(op, i);
   return op;
 }
 

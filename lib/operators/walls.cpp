@@ -13,13 +13,15 @@
 #include "gradpsi/error.hpp"
 #include "operators/positive.hpp"
 #include "search/check.hpp"
+#include "search/within.hpp"
 
 namespace gradpsi {
 namespace {
 
 /// A wall's row of the Laplacian: weights of the neighbours and of the slope.
 struct WallStencil {
-  std::vector<double> weights;  // in the neighbours' order, 1/length^2
+  std::vector<int> neighbours;  // that have a weight, ascending
+  std::vector<double> weights;  // theirs, 1/length^2
   double slope = 0;             // of n . grad u, n as given; 1/length
   RowOutcome outcome = RowOutcome::Zero;
   double reciprocal_condition = 0;
@@ -34,14 +36,15 @@ class WallSolver {
   static constexpr int D = Geometry::dimension;
 
  public:
-  explicit WallSolver(const Geometry& geometry) : geometry_(geometry) {}
+  WallSolver(const Geometry& geometry, const Cloud& cloud, const Neighbours& near)
+      : geometry_(geometry), cloud_(cloud), near_(near) {}
 
-  WallStencil operator()(const Neighbours& near, int i, const Eigen::VectorXd& given) {
+  WallStencil operator()(int i, const Eigen::VectorXd& given) {
     geometry_.stand_at(i);
     const Vector<D> normal = geometry_.within(given);
     if (normal.norm() < least_within * given.norm()) return {};
-    const auto neighbours = near.of(i);
-    const double h = near.support(i);
+    const auto neighbours = within_support(cloud_, near_, i, within_);
+    const double h = near_.support(i);
     n_ = static_cast<int>(neighbours.size());
     Columns s = s_.columns(n_, D), q = q_.columns(n_, 1), psi = psi_.columns(n_, 1);
     for (int k = 0; k < n_; ++k) s.row(k) = geometry_.offset(i, neighbours[k]) / h;
@@ -53,8 +56,11 @@ class WallSolver {
       if (!trace_only) result.reciprocal_condition = reciprocal;
       if (reciprocal == 0) continue;
       result.outcome = trace_only ? RowOutcome::Lowered : RowOutcome::AsAsked;
-      result.weights.resize(n_);
-      for (int k = 0; k < n_; ++k) result.weights[k] = psi(k) / (h * h);
+      for (int k = 0; k < n_; ++k) {
+        if (psi(k) == 0) continue;
+        result.neighbours.push_back(neighbours[k]);
+        result.weights.push_back(psi(k) / (h * h));
+      }
       result.slope = wall.slope / h / normal.norm();
       break;
     }
@@ -63,20 +69,24 @@ class WallSolver {
 
  private:
   Geometry geometry_;
+  const Cloud& cloud_;
+  const Neighbours& near_;
   int n_ = 0;
+  std::vector<int> within_;
   Buffer s_, q_, psi_;
   PositiveStencil<D> stencil_;
 };
 
 /// Those of all walls.
 template <class Geometry>
-std::vector<WallStencil> wall_stencils(const Geometry& geometry, const Neighbours& near,
-                                       const FluxWalls& walls, int threads) {
+std::vector<WallStencil> wall_stencils(const Geometry& geometry, const Cloud& cloud,
+                                       const Neighbours& near, const FluxWalls& walls,
+                                       int threads) {
   std::vector<WallStencil> result(walls.points.size());
   parallel_chunks(static_cast<int>(result.size()), 64, threads,
-                  [&, solver = WallSolver(geometry)](int begin, int end) mutable {
+                  [&, solver = WallSolver(geometry, cloud, near)](int begin, int end) mutable {
                     for (int k = begin; k < end; ++k)
-                      result[k] = solver(near, walls.points[k], walls.normals.row(k).transpose());
+                      result[k] = solver(walls.points[k], walls.normals.row(k).transpose());
                   });
   return result;
 }
@@ -94,27 +104,25 @@ std::vector<WallStencil> wall_stencils(const Operator& laplacian, const Cloud& c
                                        int threads) {
   if (laplacian.normals.size() > 0) {
     const Positions normals = surface_normals(laplacian, cloud.size());
-    return wall_stencils(TangentPlanes(cloud, normals), near, walls, threads);
+    return wall_stencils(TangentPlanes(cloud, normals), cloud, near, walls, threads);
   }
   return dispatch(cloud.dimension(), [&](auto d) {
-    return wall_stencils(Space<decltype(d)::value>(cloud), near, walls, threads);
+    return wall_stencils(Space<decltype(d)::value>(cloud), cloud, near, walls, threads);
   });
 }
 
 /// Appends a wall's row, the neighbours that count and the diagonal.
 /// @param lost  what the point loses through the wall, per u
-void append(const WallStencil& wall, std::span<const int> neighbours, double lost, int i,
-            SparseMatrix& matrix, int row) {
+void append(const WallStencil& wall, double lost, int i, SparseMatrix& matrix, int row) {
   double sum = lost;
   for (const double a : wall.weights) sum += a;
   bool diagonal = false;
   const auto append_diagonal = [&] {
     if (!std::exchange(diagonal, true)) matrix.insertBack(row, i) = -sum;
   };
-  for (std::size_t k = 0; k < neighbours.size(); ++k) {
-    if (wall.weights.empty() || wall.weights[k] == 0) continue;
-    if (neighbours[k] > i) append_diagonal();
-    matrix.insertBack(row, neighbours[k]) = wall.weights[k];
+  for (std::size_t k = 0; k < wall.neighbours.size(); ++k) {
+    if (wall.neighbours[k] > i) append_diagonal();
+    matrix.insertBack(row, wall.neighbours[k]) = wall.weights[k];
   }
   append_diagonal();
 }
@@ -172,7 +180,7 @@ void check(const FluxWalls& walls, const Cloud& cloud) {
 WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& near,
                      const FluxWalls& walls, int threads) {
   checked_threads(threads);
-  check_match(cloud, near);
+  check_match(cloud, near, threads);
   check(laplacian, cloud);
   check(walls, cloud);
   const auto stencils = wall_stencils(laplacian, cloud, near, walls, threads);
@@ -199,8 +207,7 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
     }
     const int k = place[i];
     const WallStencil& wall = stencils[k];
-    append(wall, near.of(i), walls.transfer.size() > 0 ? wall.slope * walls.transfer[k] : 0, i,
-           matrix, row);
+    append(wall, walls.transfer.size() > 0 ? wall.slope * walls.transfer[k] : 0, i, matrix, row);
     if (walls.flux.size() > 0) result.source[i] = wall.slope * walls.flux[k];
     if (op.rows.outcome.empty()) continue;
     op.rows.outcome[row] = wall.outcome;

@@ -20,6 +20,7 @@
 #include "search/leaf_search.hpp"
 #include "search/search.hpp"
 #include "search/tree.hpp"
+#include "search/within.hpp"
 
 namespace gradpsi {
 namespace {
@@ -83,9 +84,20 @@ Wanted wanted_rows(const std::vector<int>* rows, int points) {
   return wanted;
 }
 
+void check_skin(const Cloud& cloud, const VectorView& supports, double skin) {
+  if (!(skin > 0 && std::isfinite(skin)))
+    throw InvalidInput("the skin must be > 0 and finite, not " + shortest(skin));
+  for (int a = 0; a < cloud.dimension(); ++a)
+    if (cloud.box()[a] > 0 && supports.maxCoeff() + skin > cloud.box()[a] / 2)
+      throw InvalidInput("support and skin, " + shortest(supports.maxCoeff()) + " and " +
+                         shortest(skin) + ", are together more than half the periodic box, " +
+                         shortest(cloud.box()[a]));
+}
+
 void check_isolation(const Cloud& cloud, const Neighbours& near, int threads) {
   int isolated = 0;
-  for (int i = 0; i < near.size(); ++i) isolated += near.count(i) == 0;
+  std::vector<int> memory;
+  for (int i = 0; i < near.size(); ++i) isolated += within_support(cloud, near, i, memory).empty();
   if (cloud.size() < 2 || isolated <= cloud.size() / 2) return;
   throw InvalidInput(std::to_string(isolated) + " of " + std::to_string(cloud.size()) +
                      " points have no neighbour within the support " + shortest(near.supports[0]) +
@@ -202,11 +214,15 @@ void copy_rows(const std::vector<const int*>& chunks, const Tree<D>& tree, int t
 }
 
 template <int D>
-Neighbours find(const Cloud& cloud, const VectorView& supports, const Wanted& wanted, int threads) {
+Neighbours find(const Cloud& cloud, const VectorView& supports, double skin, const Wanted& wanted,
+                int threads) {
   const int n = cloud.size();
   Neighbours near{IndexVector::Zero(n + 1), {}, supports};
+  if (skin > 0) near.places = cloud.positions();
+  near.skin = skin;
   if (wanted.count == 0) return near;
-  const double largest = supports.maxCoeff();
+  near.supports.array() += skin;  // as far as the search is concerned
+  const double largest = near.supports.maxCoeff();
   const Tree<D> tree(cloud, largest, threads);
 
   // What is clearly too much is refused before anything large is allocated, the rest when counted.
@@ -218,6 +234,7 @@ Neighbours find(const Cloud& cloud, const VectorView& supports, const Wanted& wa
   const auto chunks = rows_by_chunk(cloud, tree, wanted, threads, near, slabs);
   for (int i = 0; i < n; ++i) near.offsets[i + 1] += near.offsets[i];
   copy_rows(chunks, tree, threads, near);
+  near.supports = supports;
   if (wanted.marks.empty()) check_isolation(cloud, near, threads);  // a part may well be sparse
   return near;
 }
@@ -254,29 +271,38 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points, const Vect
   return near;
 }
 
-Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, double skin,
                            const std::vector<int>* rows, int threads) {
   check_supports(cloud, supports);
   checked_threads(threads);
   const Wanted wanted = wanted_rows(rows, cloud.size());
   return dispatch(cloud.dimension(), [&](auto d) {
-    return find<decltype(d)::value>(cloud, supports, wanted, threads);
+    return find<decltype(d)::value>(cloud, supports, skin, wanted, threads);
   });
 }
 
 }  // namespace
 
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int threads) {
-  return find_neighbours(cloud, supports, nullptr, threads);
+  return find_neighbours(cloud, supports, 0, nullptr, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>& rows, int threads) {
-  return find_neighbours(cloud, supports, &rows, threads);
+  return find_neighbours(cloud, supports, 0, &rows, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
   return find_neighbours(cloud, DenseVector::Constant(1, support), threads);
+}
+
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, Skin skin, int threads) {
+  check_skin(cloud, supports, skin.width);
+  return find_neighbours(cloud, supports, skin.width, nullptr, threads);
+}
+
+Neighbours find_neighbours(const Cloud& cloud, double support, Skin skin, int threads) {
+  return find_neighbours(cloud, DenseVector::Constant(1, support), skin, threads);
 }
 
 Neighbours neighbours_around(const Cloud& cloud, const std::vector<int>& points,

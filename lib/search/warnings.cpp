@@ -31,7 +31,7 @@ int nearest_neighbour(const Cloud& cloud, const Neighbours& near, int i) {
 }  // namespace
 
 std::vector<std::string> warnings(const Cloud& cloud, const Neighbours& near, int threads) {
-  check_match(cloud, near);
+  check_match(cloud, near, threads);
   // The vector code of the search takes half the time of a pass over the lists, which jumps about in memory.
   DenseVector q = nearest_distances(cloud, threads);  // in units of the support
   // A point without neighbours, or whose neighbours are not known, is not among those near one another.

@@ -268,6 +268,28 @@ TEST(Reassemble, GivesWhatAssembleGives) {
   }
 }
 
+TEST(Reassemble, SeveralInOnePassAreTheSameAsOneByOne) {
+  const Cloud cloud = irregular_cloud(2, 20);
+  const Neighbours near = find_neighbours(cloud, rich_support(cloud));
+  Positions moved = cloud.positions();
+  moved.col(1) *= 1.02;
+  const Cloud after(moved, {.volumes = cloud.volumes()});
+  const std::vector<Scheme> schemes = {"gradient-ls-2", "laplacian-ls-2", "gradient-direct-zoc"};
+  std::vector<Operator> together = assemble(schemes, cloud, near);
+  const double* const values = together[1].matrix().valuePtr();
+  reassemble(schemes, after, near, together);
+  EXPECT_EQ(together[1].matrix().valuePtr(), values);  // in place
+  const std::vector<Operator> anew = assemble(schemes, after, near);
+  for (std::size_t k = 0; k < schemes.size(); ++k) {
+    for (std::size_t a = 0; a < anew[k].axes.size(); ++a)
+      EXPECT_EQ(SparseMatrix(together[k].axes[a] - anew[k].axes[a]).norm(), 0);
+    EXPECT_EQ(together[k].rows.reciprocal_condition, anew[k].rows.reciprocal_condition);
+  }
+  together.pop_back();
+  EXPECT_THAT(message_of<InvalidInput>([&] { reassemble(schemes, after, near, together); }),
+              HasSubstr("3 schemes are for as many operators, not 2"));
+}
+
 TEST(Reassemble, RefusesAnotherPattern) {
   const Cloud cloud = irregular_cloud(2, 10);
   const Neighbours near = find_neighbours(cloud, rich_support(cloud));

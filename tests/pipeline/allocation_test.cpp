@@ -87,14 +87,18 @@ INSTANTIATE_TEST_SUITE_P(Diffusion, Steps,
                          });
 
 // What threads work with grows with the longest row, not with the cloud.
-TEST(Reassemble, AllocatesNoMoreForMorePoints) {
+TEST(MovingPoints, AllocateNoMoreForMorePoints) {
   std::vector<long> counts;
   for (const int side : {30, 90}) {
-    const Cloud cloud = make_cloud(Lattice{.points_per_side = side, .jitter = 0.2});
-    const Neighbours near = find_neighbours(cloud, 3 * cloud.spacing(), 1);
-    Operator op = assemble("laplacian-mixed-soc-ls", cloud, near, {.threads = 1});
+    Cloud cloud = make_cloud(Lattice{.points_per_side = side, .jitter = 0.2});
+    const Neighbours near = find_neighbours(cloud, 3 * cloud.spacing(), Skin{0.1 / side}, 1);
+    const std::vector<Scheme> schemes = {"gradient-ls-2", "laplacian-mixed-soc-ls"};
+    std::vector<Operator> operators = assemble(schemes, cloud, near, {.threads = 1});
+    const Positions places = cloud.positions().array() + 1e-3 / side;
     const long before = allocations;
-    reassemble("laplacian-mixed-soc-ls", cloud, near, op, {.threads = 1});
+    EXPECT_FALSE(is_stale(near, cloud, 1));
+    cloud.move_to(places);
+    reassemble(schemes, cloud, near, operators, {.threads = 1});
     counts.push_back(allocations - before);
   }
   EXPECT_EQ(counts[0], counts[1]);

@@ -22,6 +22,20 @@ void high_degree(const BatchSystem& system, const Batch<W>& batch, const Entries
     }
 }
 
+/// Takes the volumes of those beyond the support, and counts who is left.
+template <int D, int W>
+void leave_out_skin(Entries<D>& row) {
+  using V = Lanes<W>;
+  V left{};
+  for (int k = 0; k < row.padded; k += W) {
+    const V volume = load<W>(row.volume + k);
+    const auto stays = (load<W>(row.q + k) < 1) & (volume > 0);
+    store(row.volume + k, stays ? volume : V{});
+    left += stays ? all<W>(1) : V{};
+  }
+  row.neighbours = static_cast<int>(sum_of_lanes(left));
+}
+
 template <int D, int W>
 void solve(const BatchPoints& points, const BatchRows& rows, const int* order, int first, int count,
            const BatchSystem* systems, int system_count, int most_entries, double* memory) {
@@ -49,7 +63,12 @@ void solve(const BatchPoints& points, const BatchRows& rows, const int* order, i
       gather<D>(points, rows.inner + rows.outer[k], rows.points ? rows.points[k] : k, row[r]);
     }
     // Only now: vector loads of what was stored just before, number by number, would have to wait.
-    for (int r = 0; r < batch.rows; ++r) scale<D, W>(points, row[r]);
+    for (int r = 0; r < batch.rows; ++r) {
+      scale<D, W>(points, row[r]);
+      row[r].neighbours = row[r].count - 1;
+      if (points.have_skin) leave_out_skin<D, W>(row[r]);
+      rows.neighbours[begin + r] = row[r].neighbours;
+    }
     for (int s = 0; s < system_count; ++s) {
       for (int r = 0; r < batch.rows; ++r) weigh<D, W>(points, systems[s], row[r]);
       if (systems[s].how == How::Given)
@@ -86,7 +105,8 @@ void density(const BatchPoints& points, const int* offsets, const int* indices, 
         squared += r * r;
       }
       const V q = square_root(squared);
-      const V w = profile<W>(points, q < 1 ? q : all<W>(1)).w;
+      V w = profile<W>(points, q < 1 ? q : all<W>(1)).w;
+      if (points.have_skin) w = q < 1 ? w : V{};
       if (k + W <= size) {
         sum += w;
       } else {

@@ -23,6 +23,7 @@ struct BatchPoints {
   double normalisation;    // s_d
   const double* supports;  // one, or n
   bool one_support;
+  bool have_skin;  // lists: not all that are in them have a weight
 };
 
 /// Where the rows of one matrix, or of several on one pattern, are.
@@ -30,6 +31,7 @@ struct BatchRows {
   const int* outer;   // row k holds entries outer[k] to outer[k + 1], the diagonal among them
   const int* inner;   // their columns
   const int* points;  // row k is about points[k]; null: k
+  int* neighbours;    // written: how many the rows of this call have, in their order
 };
 
 /// The most matrices of one system, as many as a value has first and second derivatives with the

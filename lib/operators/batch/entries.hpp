@@ -23,6 +23,7 @@ struct Batch {
 template <int D>
 struct Entries {
   int count, padded, diagonal;
+  int neighbours;  // within the support
   double h;
   double *s[D], *q, *volume;  // as in Row
   double *weight, *over;      // omega_j phi, that / q^2

@@ -176,7 +176,7 @@ void least_squares(const BatchSystem& system, const Batch<W>& batch, const Entri
   }
   fill_weights<D, P, W>(batch, row, work, outputs, inverse, target);
   for (int r = 0; r < batch.rows; ++r) {
-    bool solved = good[r] && row[r].count > M;
+    bool solved = good[r] && row[r].neighbours >= M;
     for (int o = 0; o < outputs; ++o)
       solved &=
           write<D, W>(row[r], weights<M>(work, outputs, r, o), system.values[o] + batch.entry[r]);

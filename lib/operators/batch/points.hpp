@@ -19,7 +19,8 @@ inline BatchPoints batch_points(const Cloud& cloud, const Neighbours& near, cons
           kernel.profile,
           kernel.normalisation[cloud.dimension() - 1],
           near.supports.data(),
-          near.supports.size() == 1};
+          near.supports.size() == 1,
+          near.skin > 0};
 }
 
 }  // namespace gradpsi

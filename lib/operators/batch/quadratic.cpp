@@ -164,7 +164,7 @@ void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries
       }
       finite = emit_all<D, Form::Monomials, 1, W>(system, row[r], c, batch.entry[r]);
     }
-    system.solved[batch.first + r] = finite && row[r].count > 1;
+    system.solved[batch.first + r] = finite && row[r].neighbours > 0;
     system.reciprocal_condition[batch.row[r]] = 1;
   }
 }
@@ -206,8 +206,8 @@ template <int D, Form form, int P, int W>
     for (int o = 0; o < system.outputs; ++o)
       for (int l = 0; l < M; ++l) own[o][l] = c[o][l][r];
     // With fewer neighbours than unknowns the matrix is singular, rounding or not.
-    system.solved[batch.first + r] =
-        good[r] && row[r].count > M && emit_all<D, form, P, W>(system, row[r], own, batch.entry[r]);
+    system.solved[batch.first + r] = good[r] && row[r].neighbours >= M &&
+                                     emit_all<D, form, P, W>(system, row[r], own, batch.entry[r]);
     system.reciprocal_condition[batch.row[r]] = reciprocal[r];
   }
 }
