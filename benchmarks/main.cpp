@@ -50,6 +50,7 @@ void add_all(const Scene& scene) {
   add_fused_weights(scene);
   add_fill(scene);
   add_gradient_products(scene);
+  add_vector_products(scene);
   add_products(scene, Products::All);
   add_on_the_fly(scene);
 }

@@ -25,6 +25,9 @@ OPERATIONS = {
     "fill": "The filling of one matrix from known entries",
     "spmv": "Products y = A x",
     "gradient": "Products with all matrices of a gradient",
+    "divergence": "The divergence of vectors: one pass, and one product after the other",
+    "curl": "Their curl, likewise",
+    "velocity-gradient": "All derivatives of all components, likewise",
     "onthefly": "The Laplacian's sums without a matrix",
     "convert": "Conversion of a matrix",
 }

@@ -162,6 +162,50 @@ void time_gradient(State& state, Prepared& p, bool one_pattern, const Product& p
          .bytes = 8 * d * entries + patterns * 4 * (entries + n + 1) + 8 * (patterns + d) * n});
 }
 
+/// An operator on vectors in one pass over the matrices of a gradient.
+void vectors_fused(State& state, Prepared& p, gradpsi::VectorOperator what, int threads) {
+  const auto& axes = p.assembled("gradient-direct-foc").axes;
+  const Eigen::MatrixXd v = argument(p).replicate(1, std::ssize(axes));
+  Eigen::MatrixXd Y;
+  gradpsi::multiply(what, axes, v, Y, threads);
+  for (auto _ : state) {
+    gradpsi::multiply(what, axes, v, Y, threads);
+    benchmark::DoNotOptimize(Y.data());
+    benchmark::ClobberMemory();
+  }
+  const auto entries = static_cast<double>(axes[0].nonZeros()), n = static_cast<double>(v.rows()),
+             d = static_cast<double>(axes.size());
+  count(
+      state, p,
+      {.entries = entries,
+       .bytes = (8 * d + 4) * entries + 4 * (n + 1) + 8 * n * (d + static_cast<double>(Y.cols()))});
+}
+
+/// The same as one product a term, of those that its block matrix has.
+void vectors_separate(State& state, Prepared& p, gradpsi::VectorOperator what, int threads) {
+  const auto& axes = p.assembled("gradient-direct-foc").axes;
+  const auto d = static_cast<int>(axes.size());
+  const VectorXd v = argument(p);
+  VectorXd part, sum;
+  const int results = static_cast<int>(components(what, d).size());
+  for (auto _ : state) {
+    for (int r = 0; r < results; ++r) {
+      // A divergence sums d products, a component of a curl two; a velocity gradient has one for each.
+      const int terms = what == gradpsi::VectorOperator::Divergence ? d
+                        : what == gradpsi::VectorOperator::Curl     ? 2
+                                                                    : 1;
+      gradpsi::multiply(axes[r % d], v, sum, threads);
+      for (int t = 1; t < terms; ++t) {
+        gradpsi::multiply(axes[(r + t) % d], v, part, threads);
+        sum += part;
+      }
+    }
+    benchmark::DoNotOptimize(sum.data());
+    benchmark::ClobberMemory();
+  }
+  count(state, p, {.entries = static_cast<double>(axes[0].nonZeros())});
+}
+
 /// The points as the loop without a matrix wants them.
 struct Arrays {
   std::array<VectorXd, 3> x;
@@ -239,6 +283,19 @@ void add_gradient_products(const Scene& scene) {
       for (int a = 0; a < std::ssize(axes); ++a) Y.col(a).noalias() = axes[a] * x;
     });
   });
+}
+
+void add_vector_products(const Scene& scene) {
+  using enum gradpsi::VectorOperator;
+  for (const auto what : {Divergence, Curl, VelocityGradient}) {
+    const std::string op = "op:" + std::string(name(what)) + "/impl:gradpsi-";
+    const std::string scheme = "/scheme:gradient-direct-foc";
+    add(op + "fused" + scheme, scene,
+        [what](State& state, Prepared& p, int threads) { vectors_fused(state, p, what, threads); });
+    add(op + "separate" + scheme, scene, [what](State& state, Prepared& p, int threads) {
+      vectors_separate(state, p, what, threads);
+    });
+  }
 }
 
 void add_on_the_fly(const Scene& scene) {

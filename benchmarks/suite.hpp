@@ -48,4 +48,5 @@ enum class Products {
 };
 void add_products(const Scene& scene, Products products);
 void add_gradient_products(const Scene& scene);
+void add_vector_products(const Scene& scene);
 void add_on_the_fly(const Scene& scene);

@@ -22,6 +22,7 @@ EXAMPLES = {
     "3_own_kernel": r"wendland-c2: rms error of the Laplacian 0\.00\d+\nbell: rms error of the Laplacian 0\.00\d+\n",
     "4_choosing": r" +rms error  entries a row  grows\n(laplacian-\S+ +\S+ +[\d.]+  (yes|no)\n){17}",
     "5_processes": r"conjugate gradients .* \(PETSc, 2 processes\), mean temperature 0\.53\d*\n",
+    "6_sound": r"(\d000 steps: momentum changes by \de-1\d, energy by \d\.\de-\d+ of it\n){3}",
 }
 # With each of these Eigen aligns memory in another way.
 FLAGS = ["", "-march=native", "-mavx2 -mfma", "-mavx512f -mavx512dq -mfma", "-DEIGEN_DONT_VECTORIZE", "-DEIGEN_DONT_ALIGN",

@@ -20,18 +20,20 @@ BELOW = {
     "values": ["base"],
     "search": ["cloud"],
     "operators": ["search", "schemes", "values"],
+    "calculus": ["matrix", "values"],
     "solve": ["cloud", "matrix"],
     "diffusion": ["solve", "values"],
     "diagnosis": ["cloud", "schemes", "matrix", "values"],
     "io": ["cloud", "matrix"],
     "petsc": ["operators", "diffusion", "diagnosis", "io"],
     "python": ["all"],
-    "all": ["operators", "diffusion", "diagnosis", "io"],
+    "all": ["operators", "calculus", "diffusion", "diagnosis", "io"],
 }
 PUBLIC = {
     "error": "base", "dense": "base", "matrix": "base",
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
     "scheme": "schemes", "operator": "values", "assemble": "operators", "spmv": "matrix", "solver": "solve",
+    "vector_calculus": "calculus",
     "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",
 }

@@ -32,6 +32,15 @@ enum class Mean {
 Operator with_conductivity(Operator laplacian, const VectorView& conductivity,
                            Mean mean = Mean::Arithmetic);
 
+/// The same by the product rule, kappa lap u + grad kappa . grad u: K Psi + sum_a diag(G_a kappa) G_a. As
+/// accurate where kappa is smooth, never symmetric, and wrong across jumps.
+/// @param laplacian     as assembled, all rows or some
+/// @param gradient      d matrices of the same rows and the same pattern
+/// @param conductivity  n numbers kappa_i > 0
+/// @throws InvalidInput  as above, or if the rows or patterns of the two operators disagree
+Operator with_conductivity(Operator laplacian, const Operator& gradient,
+                           const VectorView& conductivity);
+
 /// Points whose value is known (Dirichlet).
 struct FixedValues {
   std::vector<int> points = {};  ///< 0-based, each once

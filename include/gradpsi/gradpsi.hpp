@@ -27,4 +27,5 @@
 #include "gradpsi/spectrum.hpp"
 #include "gradpsi/spmv.hpp"
 #include "gradpsi/system.hpp"
+#include "gradpsi/vector_calculus.hpp"
 #include "gradpsi/walls.hpp"

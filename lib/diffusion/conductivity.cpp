@@ -4,14 +4,18 @@
 #include "base/text.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/error.hpp"
+#include "gradpsi/spmv.hpp"
+#include "matrix/pass.hpp"
 
 namespace gradpsi {
 
-Operator with_conductivity(Operator laplacian, const VectorView& conductivity, Mean mean) {
+namespace {
+
+void check(const Operator& laplacian, const VectorView& conductivity) {
   if (laplacian.axes.size() != 1)
     throw InvalidInput("a conductivity goes with a Laplacian, one matrix, not " +
                        std::to_string(laplacian.axes.size()));
-  SparseMatrix& psi = laplacian.axes.front();
+  const SparseMatrix& psi = laplacian.matrix();
   if (conductivity.size() != psi.cols() || (laplacian.points.empty() && psi.rows() != psi.cols()))
     throw InvalidInput("there are " + std::to_string(conductivity.size()) +
                        " conductivities for a Laplacian of " + std::to_string(psi.rows()) + " x " +
@@ -20,9 +24,18 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
     if (!(conductivity[i] > 0 && std::isfinite(conductivity[i])))
       throw InvalidInput("the conductivity at point " + std::to_string(i) +
                          " must be > 0 and finite, not " + shortest(conductivity[i]));
+}
+
+int point(const Operator& op, int row) { return op.points.empty() ? row : op.points[row]; }
+
+}  // namespace
+
+Operator with_conductivity(Operator laplacian, const VectorView& conductivity, Mean mean) {
+  check(laplacian, conductivity);
+  SparseMatrix& psi = laplacian.axes.front();
   constexpr double rounding = 1e-12;
   for (int k = 0; k < psi.rows(); ++k) {
-    const int i = laplacian.points.empty() ? k : laplacian.points[k];
+    const int i = point(laplacian, k);
     double sum = 0, kept = 0, size = 0;  // kept: what the row sums to
     for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
       kept += a.value();
@@ -41,6 +54,25 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
     }
     if (diagonal) *diagonal = conductivity[i] * kept - sum;
   }
+  return laplacian;
+}
+
+Operator with_conductivity(Operator laplacian, const Operator& gradient,
+                           const VectorView& conductivity) {
+  check(laplacian, conductivity);
+  SparseMatrix& psi = laplacian.axes.front();
+  if (gradient.axes.empty() || gradient.points != laplacian.points ||
+      !same_pattern(gradient.matrix(), psi))
+    throw InvalidInput("the Laplacian and the gradient do not share their rows and pattern");
+  DenseMatrix slope;
+  multiply(gradient.axes, conductivity, slope);
+  for (int row = 0; row < psi.rows(); ++row)
+    for (int k = psi.outerIndexPtr()[row]; k < psi.outerIndexPtr()[row + 1]; ++k) {
+      double& a = psi.valuePtr()[k];
+      a *= conductivity[point(laplacian, row)];
+      for (std::size_t axis = 0; axis < gradient.axes.size(); ++axis)
+        a += slope(row, static_cast<Eigen::Index>(axis)) * gradient.axes[axis].valuePtr()[k];
+    }
   return laplacian;
 }
 

@@ -3,49 +3,11 @@
 #include <algorithm>
 #include <string>
 
-#include "base/parallel.hpp"
-#include "gradpsi/error.hpp"
+#include "matrix/pass.hpp"
 #include "matrix/products.hpp"
 
 namespace gradpsi {
 namespace {
-
-constexpr int entries_per_chunk = 1 << 16;
-
-template <class Matrix>
-void check(const Matrix& A, Eigen::Index x, int threads) {
-  checked_threads(threads);
-  if (!A.isCompressed()) throw InvalidInput("the matrix is not compressed");
-  if (A.cols() != x)
-    throw InvalidInput("the vector has " + std::to_string(x) + " entries for " +
-                       std::to_string(A.cols()) + " columns");
-}
-
-void check_apart(const double* x, const double* y) {
-  if (x == y && x) throw InvalidInput("a product cannot be written over its argument");
-}
-
-template <class Matrix>
-int entries(const Matrix& A) {
-  return static_cast<int>(A.nonZeros());
-}
-
-/// Calls body(begin, end) on ranges of rows of about as many entries.
-template <class Matrix, class Body>
-void parallel_rows(const Matrix& A, int threads, const Body& body) {
-  const int* const outer = A.outerIndexPtr();
-  const int rows = static_cast<int>(A.rows());
-  const int parts = std::max(1, entries(A) / entries_per_chunk);
-  const auto first_row = [&](int part) {
-    if (part == parts) return rows;
-    const auto entry = static_cast<int>(std::int64_t{entries(A)} * part / parts);
-    return static_cast<int>(std::lower_bound(outer, outer + rows, entry) - outer);
-  };
-  parallel_chunks(parts, 1, threads, [&](int part, int) {
-    const int begin = part == 0 ? 0 : first_row(part), end = first_row(part + 1);
-    if (begin < end) body(begin, end);
-  });
-}
 
 template <class Matrix, class Value>
 void run(const Matrix& A, ProductFunction<Value> function, const ProductArguments<Value>& arguments,
@@ -94,7 +56,7 @@ void add_symmetric_product(const SparseMatrix& upper, int begin, int end, const 
 }  // namespace
 
 void multiply(const SparseMatrix& A, const VectorView& x, Result<1> y, int threads) {
-  check(A, x.size(), threads);
+  check_product(A, x.size(), threads);
   check_apart(x.data(), y.data());
   double* const result = y.resized(A.rows());
   run<SparseMatrix, double>(
@@ -104,7 +66,7 @@ void multiply(const SparseMatrix& A, const VectorView& x, Result<1> y, int threa
 }
 
 void multiply(const SparseMatrix& A, const MatrixView& X, Result<Eigen::Dynamic> Y, int threads) {
-  check(A, X.rows(), threads);
+  check_product(A, X.rows(), threads);
   check_apart(X.data(), Y.data());
   double* const result = Y.resized(A.rows(), X.cols());
   for (Eigen::Index first = 0; first < X.cols(); first += 4) {
@@ -123,11 +85,8 @@ void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Ei
               int threads) {
   if (axes.empty()) throw InvalidInput("there is no matrix to multiply");
   const SparseMatrix& first = axes.front();
-  for (const SparseMatrix& A : axes) {
-    check(A, x.size(), threads);
-    if (A.rows() != first.rows() || A.nonZeros() != first.nonZeros())
-      throw InvalidInput("the matrices do not share their pattern");
-  }
+  for (const SparseMatrix& A : axes) check_product(A, x.size(), threads);
+  check_share_pattern(axes);
   check_apart(x.data(), Y.data());
   double* const result = Y.resized(first.rows(), std::ssize(axes));
   for (std::size_t begin = 0; begin < axes.size(); begin += 3) {
@@ -143,7 +102,7 @@ void multiply(std::span<const SparseMatrix> axes, const VectorView& x, Result<Ei
 }
 
 void multiply(const SingleSparseMatrix& A, const VectorView& x, Result<1> y, int threads) {
-  check(A, x.size(), threads);
+  check_product(A, x.size(), threads);
   check_apart(x.data(), y.data());
   double* const result = y.resized(A.rows());
   run<SingleSparseMatrix, float>(
@@ -153,7 +112,7 @@ void multiply(const SingleSparseMatrix& A, const VectorView& x, Result<1> y, int
 }
 
 void multiply_symmetric(const SparseMatrix& upper, const VectorView& x, Result<1> y, int threads) {
-  check(upper, x.size(), threads);
+  check_product(upper, x.size(), threads);
   check_apart(x.data(), y.data());
   if (upper.rows() != upper.cols()) throw InvalidInput("a symmetric matrix must be square");
   // A fixed number of parts, so that the order of the sums does not depend on the threads.

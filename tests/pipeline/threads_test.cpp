@@ -114,6 +114,16 @@ const Call calls[] = {
        Eigen::VectorXd y;
        multiply_symmetric(upper, s.u, y, threads);
      }},
+    {"multiply_vectors",
+     [](Scene& s, int threads) {
+       Eigen::MatrixXd Y;
+       multiply(VectorOperator::VelocityGradient, s.gradient.axes,
+                Eigen::MatrixXd(s.u.replicate(1, 2)), Y, threads);
+     }},
+    {"block_matrix",
+     [](Scene& s, int threads) { block_matrix(VectorOperator::Curl, s.gradient.axes, threads); }},
+    {"conservative_companion",
+     [](Scene& s, int threads) { conservative_companion(s.gradient, threads); }},
     {"diagnose",
      [](Scene& s, int threads) { diagnose("laplacian-mixed-zoc", s.cloud, s.laplacian, threads); }},
     {"spectrum",
