@@ -8,7 +8,7 @@ std::span<const Command> commands() {
   static constexpr auto all = std::to_array<Command>({
       {"schemes", "List the schemes: formula, conditions, symmetry.", declare_schemes},
       {"assemble", "Write a scheme's matrices as Matrix Market.", declare_assemble},
-      {"derive", "Differentiate a field given at the points of a file.", declare_derive},
+      {"derive", "Differentiate fields given at the points of a file.", declare_derive},
       {"diffuse", "Implicit diffusion of a field, or the steady field, with boundary conditions.",
        declare_diffuse},
       {"inspect", "What an operator is fit for on these points, and which rows spoil it.",

@@ -1,10 +1,10 @@
-// gradpsi derive: the derivative of a field given at the points of a file.
+// gradpsi derive: derivatives of fields given at the points of a file.
 
-#include <limits>
 #include <memory>
 #include <optional>
 
 #include "commands.hpp"
+#include "commands/derivatives.hpp"
 #include "common/outputs.hpp"
 #include "common/remedy.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 using std::filesystem::path;
 
 struct DeriveOptions : OperatorOptions {
-  std::string field, rows;
+  std::string fields, what, rows;
   path output;
 };
 
@@ -53,35 +53,19 @@ void assemble_wanted(const DeriveOptions& options, const std::optional<std::vect
   }
 }
 
-/// The products with the field; nan at points whose row was not asked for or has no answer.
-void add_derivatives(const DeriveOptions& options, const Eigen::VectorXd& u,
-                     const std::vector<int>& unanswered, Problem& problem) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto names = component_names(options.scheme, problem.axes);
-  const Operator& op = problem.op;
-  for (std::size_t a = 0; a < op.axes.size(); ++a) {
-    Eigen::VectorXd values = op.axes[a] * u;
-    values(unanswered).setConstant(nan);
-    if (!op.points.empty()) {
-      Eigen::VectorXd everywhere = Eigen::VectorXd::Constant(problem.cloud.size(), nan);
-      everywhere(op.points) = values;
-      values = std::move(everywhere);
-    }
-    problem.table.add(names[a].empty() ? "lap_" + options.field : options.field + '_' + names[a],
-                      values);
-  }
-}
-
 void run(const DeriveOptions& options) {
   const Scheme scheme = options.scheme;
+  const Quantity& what = quantity(options.what, scheme);
+  const std::vector<std::string> fields = field_names(options.fields);
   check_outputs(options, {options.output});
   Report report;
   Problem problem = read_problem(options, report);
-  const Eigen::VectorXd u = finite_column(problem.table, problem.cloud, options.field);
+  check_fields(what, fields, options, problem.axes);
+  for (const std::string& field : fields) finite_column(problem.table, problem.cloud, field);
   const auto rows = wanted_rows(problem, options.rows);
   assemble_wanted(options, rows, problem, report);
   const std::vector<int> unanswered = rows_without_answer(options, problem.op);
-  add_derivatives(options, u, unanswered, problem);
+  add_quantity(what, fields, unanswered, options.threads, problem);
   write_and_report(options, report, problem.table.has("support"), {options.output},
                    [&] { write_table(options.output, problem.table); });
   if (unanswered.empty()) return;
@@ -101,7 +85,15 @@ void run(const DeriveOptions& options) {
 std::function<void()> declare_derive(Options& options) {
   auto wanted = std::make_shared<DeriveOptions>();
   wanted->declare(options);
-  options.text("--field", wanted->field, "COLUMN", "The column to differentiate").required();
+  options
+      .text("--field", wanted->fields, "COLUMN[,COLUMN..]",
+            "The columns to differentiate, each by itself; or with --what divergence and the\n"
+            "like a vector's components: vx,vy,vz")
+      .required();
+  options.choice("--what", wanted->what, quantity_names(), "NAME",
+                 "What is computed, from a scheme of the derivative in brackets: gradient,\n"
+                 "laplacian, hessian of each column [the scheme's own]; of a vector divergence,\n"
+                 "curl, strain (gradient) or grad-div (hessian)");
   options
       .text("--rows", wanted->rows, "COLUMN",
             "Only at points where this column is not 0; the others, which count as neighbours\n"
@@ -109,11 +101,15 @@ std::function<void()> declare_derive(Options& options) {
       .check(not_empty);
   declare_table_output(options, wanted->output,
                        "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                       "(gradient), lap_FIELD (Laplacian) or FIELD_xx, FIELD_xy, .. (Hessian)")
+                       "(gradient), lap_FIELD (Laplacian) or FIELD_xx, FIELD_xy, .. (Hessian);\n"
+                       "of a vector v div_v, curl_v (3D: curl_v_x, ..), strain_v_xx, ..,\n"
+                       "grad_div_v_x, ..; a VTU file has vectors as such, too")
       .required();
   options.examples(
-      "Example: gradpsi derive points.csv --field T --scheme laplacian-mixed-soc "
-      "--support-ratio 3 -o lap.vtu");
+      "Examples:\n"
+      "  gradpsi derive points.csv --field T --scheme laplacian-mixed-soc --support-ratio 3 -o "
+      "lap.vtu\n"
+      "  gradpsi derive points.csv --field vx,vy --what curl --scheme gradient-ls-2 -o curl.vtu");
   return [wanted] { run(*wanted); };
 }
 

@@ -182,10 +182,13 @@ std::string words(const StencilError& error, const Report& report) {
 }
 
 std::vector<std::string> component_names(const Scheme& scheme, const std::string& axes) {
-  auto names = components(scheme.derivative, static_cast<int>(axes.size()));
-  for (std::string& name : names)
+  return in_axes(components(scheme.derivative, static_cast<int>(axes.size())), axes);
+}
+
+std::vector<std::string> in_axes(std::vector<std::string> components, const std::string& axes) {
+  for (std::string& name : components)
     for (char& axis : name) axis = axes[axis - 'x'];
-  return names;
+  return components;
 }
 
 std::vector<int> rows_without_answer(const OperatorOptions& options, const Operator& op) {

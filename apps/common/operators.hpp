@@ -64,8 +64,11 @@ void describe(const Operator& op, const Problem& problem, Report& report);
 void assemble(const OperatorOptions& options, Problem& problem, Report& report,
               const std::optional<std::vector<int>>& rows = {});
 
-/// What the matrices of a scheme are called in terms of the points' own coordinates: components() of points
-/// in a plane of constant y, "xz", are "x" and "z".
+/// components() in terms of the points' own coordinates: of points in a plane of constant y, "xz", "x" and
+/// "y" are "x" and "z".
+std::vector<std::string> in_axes(std::vector<std::string> components, const std::string& axes);
+
+/// What the matrices of a scheme are called.
 std::vector<std::string> component_names(const Scheme& scheme, const std::string& axes);
 
 /// What went wrong with a row.

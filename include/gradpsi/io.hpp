@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -19,10 +20,18 @@ namespace gradpsi {
 // give the same double again. Files are written beside their final place and renamed when
 // complete: after an error the old file is still there, whole.
 
+/// Columns that are the components of one vector.
+struct TableVector {
+  std::string name;                    ///< no column's
+  std::array<std::string, 3> columns;  ///< along x, y and z; "": 0
+};
+
 /// Named columns of equal length, a field's values contiguous.
 struct Table {
   std::vector<std::string> names;  ///< no two alike
   DenseMatrix values;              ///< rows x columns, as many columns as names
+  /// What write_vtu() writes as vectors, beside their columns; other formats have the columns only.
+  std::vector<TableVector> vectors = {};
 
   /// Whether there is a column of that name.
   bool has(std::string_view name) const;
@@ -30,6 +39,9 @@ struct Table {
   DenseVector column(std::string_view name) const;
   /// @throws InvalidInput  if the name is taken or the length differs
   void add(const std::string& name, const VectorView& values);
+  /// Says that columns are the components of a vector along x, y and z; "": there is none.
+  /// @throws InvalidInput  if the name is taken or there is no such column
+  void add_vector(const std::string& name, const std::array<std::string, 3>& columns);
   /// Gives a column other values.
   /// @throws InvalidInput  if there is no such column or the length differs
   void set(std::string_view name, const VectorView& values);
@@ -76,7 +88,8 @@ void write_csv(const std::filesystem::path& file, const Table& table);
 void write_csv(const std::filesystem::path& file, const std::function<bool(Table&)>& next);
 
 /// Points as vertices of a VTK unstructured grid (binary XML, for ParaView): x, y, z are the
-/// positions, missing ones 0, and every other column is point data.
+/// positions, missing ones 0, and every other column is point data, as are the table's vectors, with three
+/// components each.
 /// @throws InvalidInput  if there is no column x
 void write_vtu(const std::filesystem::path& file, const Table& table);
 

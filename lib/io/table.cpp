@@ -18,6 +18,12 @@ Eigen::Index place_of(std::string_view name, const Table& table) {
   return found - table.names.begin();
 }
 
+/// Whether a column or a vector has that name.
+bool taken(std::string_view name, const Table& table) {
+  return table.has(name) ||
+         std::ranges::find(table.vectors, name, &TableVector::name) != table.vectors.end();
+}
+
 void check_length(std::string_view name, const VectorView& column, const Table& table) {
   if (column.size() != table.values.rows())
     throw InvalidInput("column '" + std::string(name) + "' has " + std::to_string(column.size()) +
@@ -38,7 +44,7 @@ void Table::set(std::string_view name, const VectorView& column) {
 }
 
 void Table::add(const std::string& name, const VectorView& column) {
-  if (has(name)) throw InvalidInput("there is already a column '" + name + "'");
+  if (taken(name, *this)) throw InvalidInput("there is already a column '" + name + "'");
   if (names.empty()) values.resize(column.size(), 0);
   check_length(name, column, *this);
   std::vector<std::string> more = names;  // names and values change together or not at all
@@ -48,8 +54,15 @@ void Table::add(const std::string& name, const VectorView& column) {
   values.rightCols<1>() = column;
 }
 
+void Table::add_vector(const std::string& name, const std::array<std::string, 3>& columns) {
+  if (taken(name, *this)) throw InvalidInput("there is already a column '" + name + "'");
+  for (const std::string& column : columns)
+    if (!column.empty()) place_of(column, *this);
+  vectors.push_back({name, columns});
+}
+
 Table Table::select(const std::vector<int>& rows) const {
-  return {names, values(rows, Eigen::all)};
+  return {names, values(rows, Eigen::all), vectors};
 }
 
 Cloud make_cloud(const Table& table, CloudOptions options) {

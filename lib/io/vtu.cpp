@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -57,16 +58,30 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
+/// Three columns, 0 for a name that is empty, row by row.
+std::vector<double> interleaved(const Table& table, const std::array<std::string, 3>& columns) {
+  const auto n = static_cast<std::size_t>(table.values.rows());
+  std::vector<double> result(3 * n, 0.0);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (columns[a].empty()) continue;
+    const DenseVector x = table.column(columns[a]);
+    for (std::size_t i = 0; i < n; ++i) result[3 * i + a] = x[i];
+  }
+  return result;
+}
+
+std::string vector_attributes(const std::string& name) {
+  return "type=\"Float64\" Name=\"" + escaped(name) + "\" NumberOfComponents=\"3\"";
+}
+
 }  // namespace
 
 void write_vtu(const path& file, const Table& table) {
   const auto n = static_cast<std::size_t>(table.values.rows());
-  std::vector<double> points(3 * n, 0.0);
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (a > 0 && !table.has(axis_names[a])) continue;
-    const DenseVector x = table.column(axis_names[a]);
-    for (std::size_t i = 0; i < n; ++i) points[3 * i + a] = x[i];
-  }
+  std::array<std::string, 3> coordinates = {"x"};
+  for (std::size_t a = 1; a < 3; ++a)
+    if (table.has(axis_names[a])) coordinates[a] = axis_names[a];
+  const std::vector<double> points = interleaved(table, coordinates);
   std::vector<std::int32_t> vertices(n), ends(n);
   for (std::size_t i = 0; i < n; ++i) vertices[i] = i, ends[i] = i + 1;
   const std::vector<std::uint8_t> types(n, 1);  // VTK_VERTEX
@@ -83,8 +98,10 @@ void write_vtu(const path& file, const Table& table) {
       write_array(out, "type=\"Float64\" Name=\"" + escaped(table.names[c]) + "\"",
                   std::vector<double>(column.begin(), column.end()));
     }
+    for (const TableVector& vector : table.vectors)
+      write_array(out, vector_attributes(vector.name), interleaved(table, vector.columns));
     out << "</PointData>\n<Points>\n";
-    write_array(out, "type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"", points);
+    write_array(out, vector_attributes("Points"), points);
     out << "</Points>\n<Cells>\n";
     write_array(out, "type=\"Int32\" Name=\"connectivity\"", vertices);
     write_array(out, "type=\"Int32\" Name=\"offsets\"", ends);

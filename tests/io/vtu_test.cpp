@@ -23,5 +23,20 @@ TEST_F(Write, VtuNeedsAPositionAndHoldsTheFields) {
   EXPECT_THAT(text, testing::Not(HasSubstr("Name=\"x\"")));
 }
 
+TEST_F(Write, VtuHasVectorsBesideTheirColumns) {
+  Table table{{"x", "vx", "vz"}, Eigen::MatrixXd::Random(2, 3)};
+  table.add_vector("v", {"vx", "", "vz"});
+  write_vtu(path("a.vtu"), table);
+  EXPECT_THAT(content(path("a.vtu")),
+              testing::AllOf(HasSubstr("Name=\"vz\" format"),
+                             HasSubstr("Name=\"v\" NumberOfComponents=\"3\"")));
+  EXPECT_EQ(table.select({1}).vectors.size(), 1);
+  // A name stands for one thing, and components must be there.
+  EXPECT_THROW(table.add("v", Eigen::VectorXd::Zero(2)), InvalidInput);
+  EXPECT_THROW(table.add_vector("vx", {"x", "", ""}), InvalidInput);
+  EXPECT_THROW(table.add_vector("v", {"x", "", ""}), InvalidInput);
+  EXPECT_THROW(table.add_vector("w", {"y", "", ""}), InvalidInput);
+}
+
 }  // namespace
 }  // namespace gradpsi

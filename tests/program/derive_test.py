@@ -39,7 +39,9 @@ class Derive(ProgramTest):
         table = self.read_csv("g.csv")
         mesh = meshio.read(self.path("g.vtu"))
         np.testing.assert_array_equal(mesh.points, np.stack([table["x"], table["y"], 0 * table["x"]], 1))
-        self.assertEqual(sorted(mesh.point_data), ["T", "T_x", "T_y", "volume"])
+        self.assertEqual(sorted(mesh.point_data), ["T", "T_x", "T_y", "grad_T", "volume"])
+        vector = mesh.point_data.pop("grad_T")
+        np.testing.assert_array_equal(vector, np.stack([table["T_x"], table["T_y"], 0 * table["x"]], 1))
         for name, values in mesh.point_data.items():
             np.testing.assert_array_equal(values, table[name])
         self.assertEqual([(c.type, len(c.data)) for c in mesh.cells], [("vertex", 144)])
@@ -50,6 +52,139 @@ class Derive(ProgramTest):
                                  "--support", 0.3, "-o", self.path("g.csv"), expect=1)
         self.assertIn("there is already a column 'u_x'", error)
         self.assertFalse(self.path("g.csv").exists())
+
+    def test_several_fields_are_differentiated_each_by_itself(self):
+        points = self.square(T=lambda x, y: x * x, p=lambda x, y: x * y, c=lambda x, y: 3 * y)
+        bare = ["derive", points, "--support", 0.3, "-o", self.path("d.csv")]
+        self.run_program(*bare, "--field", "T,p,c", "--scheme", "gradient-ls-2")
+        d = self.read_csv("d.csv")
+        x, y = d["x"], d["y"]
+        self.assertEqual(list(d)[5:], ["T_x", "T_y", "p_x", "p_y", "c_x", "c_y"])
+        for column, exact in [("T_x", 2 * x), ("T_y", 0), ("p_x", y), ("p_y", x), ("c_x", 0), ("c_y", 3)]:
+            np.testing.assert_allclose(d[column], exact + 0 * x, atol=1e-9)
+        self.run_program(*bare, "--field", "T,p", "--scheme", "laplacian-ls-2", "--what", "laplacian")
+        d = self.read_csv("d.csv")
+        self.assertEqual(list(d)[5:], ["lap_T", "lap_p"])
+        np.testing.assert_allclose(d["lap_T"], 2, atol=1e-7)
+
+    def vectors(self, dimension):
+        """A jittered lattice with a quadratic field of vectors."""
+        random = np.random.default_rng(2)
+        n = {1: 30, 2: 12, 3: 7}[dimension]
+        x = np.stack(np.meshgrid(*[(np.arange(n) + 0.5) / n] * dimension), -1).reshape(-1, dimension)
+        x = np.column_stack([x + random.uniform(-0.2, 0.2, x.shape) / n, np.ones((len(x), 3 - dimension))])
+        v = [x[:, 0] * x[:, 1] + 2 * x[:, 2] ** 2, x[:, 0] ** 2 - x[:, 1] * x[:, 2], 3 * x[:, 0] * x[:, 2]]
+        columns = {name: column for name, column in zip("xyz", x.T[:dimension])}
+        return self.write_points(columns | {"v" + a: c for a, c in zip("xyz"[:dimension], v)}), 3.2 / n
+
+    def of_vectors(self, dimension, what, scheme, output="d.csv", expect=0, field=None):
+        points, support = self.vectors(dimension)
+        return self.run_program("derive", points, "--field", field or ",".join("v" + a for a in "xyz"[:dimension]),
+                                "--what", what, "--scheme", scheme, "--support", support, "-o", self.path(output),
+                                expect=expect)
+
+    def test_operators_on_vectors_are_exact_on_quadratics(self):
+        cases = [
+            (3, "divergence", "gradient-ls-2", {"div_v": lambda x, y, z: y - z + 3 * x}),
+            (3, "curl", "gradient-ls-2", {"curl_v_x": lambda x, y, z: y, "curl_v_y": lambda x, y, z: 4 * z - 3 * z,
+                                          "curl_v_z": lambda x, y, z: 2 * x - x}),
+            (3, "strain", "gradient-direct-soc",
+             {"strain_v_xx": lambda x, y, z: y, "strain_v_xy": lambda x, y, z: 1.5 * x,
+              "strain_v_xz": lambda x, y, z: 3.5 * z, "strain_v_yy": lambda x, y, z: -z,
+              "strain_v_yz": lambda x, y, z: -y / 2, "strain_v_zz": lambda x, y, z: 3 * x}),
+            (3, "grad-div", "hessian-ls-2", {"grad_div_v_x": lambda x, y, z: 3, "grad_div_v_y": lambda x, y, z: 1,
+                                             "grad_div_v_z": lambda x, y, z: -1}),
+            (2, "divergence", "gradient-ls-2", {"div_v": lambda x, y, z: y - 1}),
+            (2, "curl", "gradient-ls-2", {"curl_v": lambda x, y, z: 2 * x - x}),
+            (1, "divergence", "gradient-ls-2", {"div_v": lambda x, y, z: 1}),
+        ]
+        for dimension, what, scheme, exact in cases:
+            with self.subTest(what=what, dimension=dimension):
+                self.of_vectors(dimension, what, scheme)
+                d = self.read_csv("d.csv")
+                x, y, z = (d.get(a, np.ones(len(d["x"]))) for a in "xyz")
+                self.assertEqual(list(d)[2 * dimension:], list(exact))
+                for column, value in exact.items():
+                    np.testing.assert_allclose(d[column], value(x, y, z) + 0 * x, atol=1e-7)
+
+    def test_vectors_are_vectors_in_vtu(self):
+        for dimension, vectors in [(3, {"v": "v{}", "curl_v": "curl_v_{}"}), (2, {"v": "v{}"})]:
+            for output in ["d.csv", "d.vtu"]:
+                self.of_vectors(dimension, "curl", "gradient-ls-2", output)
+            table, data = self.read_csv("d.csv"), meshio.read(self.path("d.vtu")).point_data
+            for name, column in vectors.items():
+                columns = [table.get(column.format(a), 0 * table["x"]) for a in "xyz"]
+                np.testing.assert_array_equal(data.pop(name), np.stack(columns, 1))
+            self.assertEqual(sorted(data), sorted(set(table) - set("xyz")))
+
+    def test_vectors_are_named_by_what_their_components_share(self):
+        x, y = np.random.default_rng(1).random((2, 60))
+        columns = {"x": x, "y": y, "u": x, "w": y, "vel_x": x, "vel_y": y, "ax": x, "ay": y, "a": x}
+        points = self.write_points(columns)
+        for field, name in [("u,w", "u_w"), ("vel_x,vel_y", "vel"), ("ax,ay", "ax_ay"), ("w,u", "w_u"), ("x,y", "x_y")]:
+            self.run_program("derive", points, "--field", field, "--what", "divergence", "--scheme", "gradient-ls-1",
+                             "-o", self.path("d.vtu"))
+            data = meshio.read(self.path("d.vtu")).point_data
+            self.assertIn("div_" + name, data)
+            self.assertEqual(data[name].shape, (60, 3))
+
+    def test_points_in_a_plane_have_its_curl(self):
+        random = np.random.default_rng(1)
+        x, z = random.random((2, 80))
+        points = self.write_points({"x": x, "y": 0 * x + 2, "z": z, "vx": z, "vz": 3 * x})
+        bare = ["derive", points, "--scheme", "gradient-ls-1", "--field", "vx,vz", "-o"]
+        warning = "points in 2D"
+        self.run_program(*bare, self.path("c.csv"), "--what", "curl", warning=warning)
+        np.testing.assert_allclose(self.read_csv("c.csv")["curl_v"], 2, atol=1e-9)
+        self.run_program(*bare, self.path("s.csv"), "--what", "strain", warning=warning)
+        self.assertEqual(list(self.read_csv("s.csv"))[5:], ["strain_v_xx", "strain_v_xz", "strain_v_zz"])
+        self.run_program(*bare, self.path("s.vtu"), "--what", "strain", warning=warning)
+        v = meshio.read(self.path("s.vtu")).point_data["v"]
+        np.testing.assert_array_equal(v[:, 1], 0)
+        np.testing.assert_allclose(v[:, 2], 3 * x)
+
+    def test_combinations_without_a_meaning_are_refused(self):
+        refused = [
+            (dict(dimension=3, field="vx,vy"), "divergence", "gradient-ls-1",
+             "--field: the divergence of points in 3D takes 3 columns, the components along xyz, not 2"),
+            (dict(dimension=2, field="vx"), "curl", "gradient-ls-1",
+             "--field: the curl of points in 2D takes 2 columns, the components along xy, not 1"),
+            (dict(dimension=2), "curl", "laplacian-ls-2",
+             "--scheme: --what curl takes a scheme of a gradient, not laplacian-ls-2"),
+            (dict(dimension=2), "grad-div", "gradient-ls-1", "takes a scheme of a hessian, not gradient-ls-1"),
+            (dict(dimension=2), "laplacian", "gradient-ls-1", "takes a scheme of a laplacian, not gradient-ls-1"),
+            (dict(dimension=1), "curl", "gradient-ls-1", "--what: there is no curl in 1D"),
+            (dict(dimension=2, field="vy,vx"), "curl", "gradient-ls-1",
+             "--field: the components of a vector come in the order of their axes, vx,vy"),
+            (dict(dimension=2, field="vx,vx"), "curl", "gradient-ls-1", "--field: column 'vx' is there twice"),
+            (dict(dimension=2, field="vx,"), "curl", "gradient-ls-1", "--field: a name is missing in 'vx,'"),
+            (dict(dimension=2), "rotation", "gradient-ls-1", "--what"),
+        ]
+        for where, what, scheme, words in refused:
+            self.assertIn(words, self.of_vectors(**where, what=what, scheme=scheme, expect=2))
+        self.assertIn("unknown column 'vw'", self.of_vectors(2, "curl", "gradient-ls-1", field="vx,vw", expect=1))
+        self.assertFalse(self.path("d.csv").exists())
+        random = np.random.default_rng(1).normal(size=(200, 3))
+        x, y, z = (random / np.linalg.norm(random, axis=1)[:, None]).T
+        sphere = self.write_points({"x": x, "y": y, "z": z, "vx": x, "vy": y, "vz": z})
+        bare = ["derive", sphere, "--field", "vx,vy,vz", "--on-surface", "--neighbours", 20, "-o", self.path("d.csv"),
+                "--scheme", "gradient-ls-2", "--what"]
+        error = self.run_program(*bare, "curl", expect=2)
+        self.assertIn("--on-surface: of vectors on a surface there is the divergence only", error)
+        self.run_program(*bare, "divergence")  # of the normal: the sum of the curvatures
+        self.assertLess(np.median(np.abs(self.read_csv("d.csv")["div_v"] - 2)), 0.05)
+
+    def test_vectors_at_rows_without_an_answer_are_nan(self):
+        table = {name: np.append(column, 9) for name, column in
+                 (self.vectors(2), self.read_csv("points.csv"))[1].items()}
+        isolated = self.write_points(table, "isolated.csv")
+        bare = ["derive", isolated, "--field", "vx,vy", "--what", "strain", "--scheme", "gradient-ls-1", "--support", 0.3,
+                "--on-degenerate", "widen", "-o", self.path("d.csv")]
+        error = self.run_program(*bare, expect=1)
+        self.assertIn("1 row of 145 could not be computed and is nan in", error)
+        d = self.read_csv("d.csv")
+        for column in ["strain_v_xx", "strain_v_xy", "strain_v_yy"]:
+            self.assertEqual(np.flatnonzero(np.isnan(d[column])).tolist(), [144])
 
     def fluid_and_walls(self):
         """A lattice, and beside it one layer of points whose rows have no answer."""

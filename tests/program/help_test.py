@@ -19,7 +19,8 @@ class Help(ProgramTest):
         return re.findall(r"^(?:Example: |  )gradpsi (\w+ .*)$", text, re.M)
 
     def test_every_help_shows_an_example_that_runs(self):
-        self.square(n=20, T=lambda x, y: np.cos(4 * x + y), wall=lambda x, y: x < 0.1)
+        self.square(n=20, T=lambda x, y: np.cos(4 * x + y), wall=lambda x, y: x < 0.1,
+                    vx=lambda x, y: y, vy=lambda x, y: np.sin(x))
         self.assertGreaterEqual(len(self.commands()), 11)
         examples = self.examples()  # of the program itself; later ones use what it writes
         self.assertTrue(examples)
