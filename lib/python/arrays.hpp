@@ -114,6 +114,7 @@ void bind_io(py::module_& m);
 void bind_operator(py::module_& m);
 void bind_scheme(py::module_& m);
 void bind_solver(py::module_& m);
+void bind_vector_calculus(py::module_& m);
 
 }  // namespace gradpsi::python
 

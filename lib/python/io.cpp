@@ -1,5 +1,6 @@
 // Files.
 
+#include <array>
 #include <filesystem>
 #include <string>
 
@@ -14,6 +15,27 @@ void add_columns(Table& table, const py::dict& columns) {
   for (const auto& [key, values] : columns) {
     const auto name = key.cast<std::string>();
     table.add(name, vector(py::reinterpret_borrow<py::object>(values), name));
+  }
+}
+
+/// Fields of n numbers as columns, of n x 2 or n x 3 as vectors.
+void add_fields(Table& table, const py::dict& fields) {
+  for (const auto& [key, values] : fields) {
+    const auto name = key.cast<std::string>();
+    const Fields field(py::reinterpret_borrow<py::object>(values), name);
+    if (field.single) {
+      table.add(name, field.values.col(0));
+      continue;
+    }
+    if (field.values.cols() > 3)
+      throw InvalidInput(name + " has " + std::to_string(field.values.cols()) +
+                         " components, a vector at most 3");
+    std::array<std::string, 3> components;
+    for (Eigen::Index a = 0; a < field.values.cols(); ++a) {
+      components[a] = name + '_' + "xyz"[a];
+      table.add(components[a], field.values.col(a));
+    }
+    table.add_vector(name, components);
   }
 }
 
@@ -57,11 +79,13 @@ void bind_vtk(py::module_& m) {
       "write_vtu",
       [](const path& file, const Cloud& cloud, const py::dict& fields) {
         Table table = table_of(cloud);
-        add_columns(table, fields);
+        add_fields(table, fields);
         without_gil([&] { write_vtu(file, table); });
       },
       py::arg("file"), py::arg("cloud"), py::arg("fields") = py::dict(),
       R"(Writes points and fields (arrays of n by name) for ParaView, a VTK unstructured grid.
+
+A field v of vectors, n x 1 to n x 3, is written as a vector of three components, and as v_x, v_y, v_z.
 
 Raises InvalidInput if a field has another length or the name of a coordinate, OSError.)");
   m.def(

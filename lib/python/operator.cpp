@@ -208,17 +208,24 @@ axes together. Bitwise the same with any number of threads (0: as many as OpenMP
 Raises InvalidInput if sizes disagree.)");
   m.def(
       "with_conductivity",
-      [](const Operator& laplacian, const ArrayLike& conductivity, const std::string& mean) {
+      [](const Operator& laplacian, const ArrayLike& conductivity, const std::string& mean,
+         const Operator* gradient) {
         const DenseVector kappa = vector(conductivity, "conductivity");
+        if (gradient && mean != "arithmetic")
+          throw InvalidInput("the product rule, with a gradient, takes no mean");
+        if (gradient)
+          return without_gil([&] { return with_conductivity(laplacian, *gradient, kappa); });
         const auto of_two = choice<Mean>(
             "mean", mean, {{"arithmetic", Mean::Arithmetic}, {"harmonic", Mean::Harmonic}});
         return without_gil([&] { return with_conductivity(laplacian, kappa, of_two); });
       },
-      py::arg("laplacian"), py::arg("conductivity"), py::arg("mean") = "arithmetic",
+      py::arg("laplacian"), py::arg("conductivity"), py::arg("mean") = "arithmetic", py::kw_only(),
+      py::arg("gradient") = py::none(),
       R"(A new operator, div(kappa grad u): the Laplacian's entries times the mean of kappa_i
 and kappa_j.
 
 conductivity: n numbers > 0. mean: "arithmetic" where they are smooth, "harmonic" for jumps.
+gradient: of the same points and neighbours: by the product rule then, kappa lap u + grad kappa . grad u.
 Raises InvalidInput if sizes disagree or a number is out of range (names the point).)");
 }
 

@@ -187,7 +187,26 @@ def with_conductivity(
     laplacian: Operator,
     conductivity: ArrayLike,
     mean: Literal["arithmetic", "harmonic"] = "arithmetic",
+    *,
+    gradient: Operator | None = None,
 ) -> Operator: ...
+
+_VectorOperator = Literal[
+    "gradient", "divergence", "curl", "velocity-gradient", "strain", "grad-div"
+]
+
+def vector_derivative(
+    what: _VectorOperator, op: Operator, v: ArrayLike, threads: int = 0
+) -> _Doubles: ...
+def block_matrix(
+    what: _VectorOperator, op: Operator, threads: int = 0
+) -> scipy.sparse.csr_matrix: ...
+def viscous_force(
+    hessian: Operator, gradient: Operator, mu: ArrayLike, threads: int = 0
+) -> scipy.sparse.csr_matrix: ...
+def conservative_companion(
+    gradient: Operator, threads: int = 0
+) -> list[scipy.sparse.csr_matrix]: ...
 def with_walls(
     laplacian: Operator,
     cloud: Cloud,
