@@ -48,8 +48,10 @@ std::vector<std::string> components(VectorOperator what, int dimension);
 ///
 /// That is block_matrix() times v to rounding, without the memory of it. Bitwise the same with any number of
 /// threads; nothing is allocated once Y has its size.
+/// @param what     the operator
 /// @param parts    d matrices of a gradient, or d(d+1)/2 of a Hessian in the order of Operator::axes
 /// @param v        n x d; of a scalar n x 1
+/// @param Y        rows x components, filled
 /// @param threads  0: as many as OpenMP offers
 /// @throws InvalidInput  if there are too many or too few matrices or components, if there is no such
 ///   operator in d dimensions, or as multiply() in spmv.hpp
@@ -61,6 +63,7 @@ void multiply(VectorOperator what, std::span<const SparseMatrix> parts, const Ma
 /// Vectors at n points are one vector of d n numbers, all of the first component first, and so is the
 /// result: what n x d numbers are in memory, so that Y.reshaped() = block_matrix() * v.reshaped(), and each
 /// block is a matrix that there is, times 1, -1 or 1/2. A point's components are n apart.
+/// @param what     the operator
 /// @param parts    as above
 /// @param threads  0: as many as OpenMP offers; the result does not depend on it
 /// @return  (rows times components()) x (n d), of a scalar x n; compressed, columns ascending
