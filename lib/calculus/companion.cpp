@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -22,12 +23,13 @@ void check(const Operator& gradient, int threads) {
   check_share_pattern(gradient.axes);
 }
 
-/// The transpose's pattern, and in `from` where each of its entries is in A.
-SparseMatrix transposed_pattern(const SparseMatrix& A, std::vector<int>& from) {
+/// Gives `result` the transpose's pattern, its values left as they come.
+/// @return  where each of its entries is in A
+std::vector<int> set_transposed_pattern(const SparseMatrix& A, SparseMatrix& result) {
   const auto n = static_cast<int>(A.rows());
-  SparseMatrix result(n, n);
+  result.resize(n, n);
   resize_in_large_pages(result, entries(A));
-  from.resize(A.nonZeros());
+  std::vector<int> from(A.nonZeros());
   int* const outer = result.outerIndexPtr();
   for (int k = 0; k < entries(A); ++k) ++outer[A.innerIndexPtr()[k] + 1];
   for (int j = 0; j < n; ++j) outer[j + 1] += outer[j];
@@ -38,17 +40,24 @@ SparseMatrix transposed_pattern(const SparseMatrix& A, std::vector<int>& from) {
       result.innerIndexPtr()[at] = i;
       from[at] = k;
     }
-  return result;
+  return from;
+}
+
+/// Gives `result` the pattern of A, its values left as they come.
+void set_pattern(const SparseMatrix& A, SparseMatrix& result) {
+  result.resize(A.rows(), A.cols());
+  resize_in_large_pages(result, entries(A));
+  std::copy_n(A.outerIndexPtr(), A.rows() + 1, result.outerIndexPtr());
+  std::copy_n(A.innerIndexPtr(), A.nonZeros(), result.innerIndexPtr());
 }
 
 }  // namespace
 
 std::vector<SparseMatrix> conservative_companion(const Operator& gradient, int threads) {
   check(gradient, threads);
-  std::vector<int> from;
-  std::vector<SparseMatrix> result;
-  result.push_back(transposed_pattern(gradient.matrix(), from));
-  while (result.size() < gradient.axes.size()) result.push_back(result.front());
+  std::vector<SparseMatrix> result(gradient.axes.size());
+  const std::vector<int> from = set_transposed_pattern(gradient.matrix(), result.front());
+  for (std::size_t a = 1; a < result.size(); ++a) set_pattern(result.front(), result[a]);
   const DenseVector& omega = gradient.volumes;
   parallel_rows(result.front(), threads, [&](int begin, int end) {
     for (std::size_t a = 0; a < result.size(); ++a)

@@ -105,6 +105,36 @@ TEST_P(Fault20, Reassembly) {
   }
 }
 
+TEST_P(Fault20, FieldsOfVectors) {
+  const Cloud cloud = points(2);
+  const Neighbours near = find_neighbours(cloud, 4 * cloud.spacing());
+  const auto op = assemble({"gradient-ls-2", "hessian-ls-2"}, cloud, near);
+  const Eigen::VectorXd mu = Eigen::VectorXd::Ones(cloud.size());
+  const Eigen::MatrixXd v = mu.replicate(1, 2);
+  const SparseMatrix curl = block_matrix(VectorOperator::Curl, op[0].axes),
+                     force = viscous_force(op[1], op[0], mu);
+  const std::vector<SparseMatrix> companion = conservative_companion(op[0]);
+  const auto unchanged = [] { return true; };
+  fail_each(
+      GetParam(),
+      [&] { return equal(block_matrix(VectorOperator::Curl, op[0].axes, threads()), curl); },
+      unchanged);
+  fail_each(
+      GetParam(), [&] { return equal(viscous_force(op[1], op[0], mu, threads()), force); },
+      unchanged);
+  fail_each(
+      GetParam(), [&] { return equal(conservative_companion(op[0], threads())[1], companion[1]); },
+      unchanged);
+  fail_each(
+      GetParam(),
+      [&] {
+        DenseMatrix strain;
+        multiply(VectorOperator::Strain, op[0].axes, v, strain, threads());
+        return strain.size() == 3 * cloud.size();
+      },
+      unchanged);
+}
+
 /// (1 - dt lap) of a scheme: symmetric after scaling by volume for zoc, else not.
 SparseMatrix implicit_matrix(const Operator& laplacian, double time_step) {
   SparseMatrix A = -time_step * laplacian.matrix();

@@ -86,6 +86,18 @@ INSTANTIATE_TEST_SUITE_P(Diffusion, Steps,
                                   (std::get<2>(the_case.param) == 1 ? "_stiff" : "");
                          });
 
+TEST(VectorProducts, AllocateNothingOnceTheResultHasItsSize) {
+  const Cloud cloud = make_cloud(Lattice{.points_per_side = 60, .jitter = 0.2});
+  const Operator gradient =
+      assemble("gradient-direct-foc", cloud, find_neighbours(cloud, 3 * cloud.spacing()));
+  const Eigen::MatrixXd v = Eigen::MatrixXd::Ones(cloud.size(), 2);
+  Eigen::MatrixXd strain;
+  multiply(VectorOperator::Strain, gradient.axes, v, strain, 1);
+  const long before = allocations;
+  multiply(VectorOperator::Strain, gradient.axes, v, strain, 1);
+  EXPECT_EQ(allocations, before);
+}
+
 // What threads work with grows with the longest row, not with the cloud.
 TEST(MovingPoints, AllocateNoMoreForMorePoints) {
   std::vector<long> counts;
