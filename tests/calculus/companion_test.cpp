@@ -1,5 +1,7 @@
 // The gradient that conserves momentum, of any gradient.
 
+#include <Eigen/Eigenvalues>
+
 #include "clouds.hpp"
 
 namespace gradpsi {
