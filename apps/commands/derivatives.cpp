@@ -81,12 +81,10 @@ std::vector<std::string> number_names(const Quantity& what, const std::string& a
                  axes);
 }
 
-/// Adds what follows from these columns, called `of` together.
-void add_of(const Quantity& what, const std::vector<std::string>& fields, const std::string& of,
+/// Adds what follows from the numbers u, a column a field, called `of` together.
+void add_of(const Quantity& what, const Eigen::MatrixXd& u, const std::string& of,
             const std::vector<int>& unanswered, int threads, Problem& problem) {
-  Eigen::MatrixXd u(problem.cloud.size(), std::ssize(fields)), found;
-  for (std::size_t c = 0; c < fields.size(); ++c)
-    u.col(static_cast<Eigen::Index>(c)) = finite_column(problem.table, problem.cloud, fields[c]);
+  Eigen::MatrixXd found;
   if (what.of_vector)
     multiply(*what.of_vector, problem.op.axes, u, found, threads);
   else
@@ -154,14 +152,15 @@ void check_fields(const Quantity& what, const std::vector<std::string>& fields,
 }
 
 void add_quantity(const Quantity& what, const std::vector<std::string>& fields,
-                  const std::vector<int>& unanswered, int threads, Problem& problem) {
+                  const Eigen::MatrixXd& u, const std::vector<int>& unanswered, int threads,
+                  Problem& problem) {
   if (!what.of_vector) {
-    for (const std::string& field : fields)
-      add_of(what, {field}, field, unanswered, threads, problem);
+    for (std::size_t c = 0; c < fields.size(); ++c)
+      add_of(what, u.col(static_cast<Eigen::Index>(c)), fields[c], unanswered, threads, problem);
     return;
   }
   const std::string of = vector_name(fields, problem.axes, problem.table);
-  add_of(what, fields, of, unanswered, threads, problem);
+  add_of(what, u, of, unanswered, threads, problem);
   problem.table.add_vector(of, by_axis(fields, problem.axes));
 }
 

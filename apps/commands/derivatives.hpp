@@ -38,7 +38,9 @@ void check_fields(const Quantity& what, const std::vector<std::string>& fields,
 
 /// Adds the quantity's columns to the table: nan in `unanswered` rows of the operator and at points
 /// without a row. Vectors are told to the table, too: write_vtu() writes them.
+/// @param u  n x fields, the columns' numbers
 void add_quantity(const Quantity& what, const std::vector<std::string>& fields,
-                  const std::vector<int>& unanswered, int threads, Problem& problem);
+                  const Eigen::MatrixXd& u, const std::vector<int>& unanswered, int threads,
+                  Problem& problem);
 
 }  // namespace gradpsi::apps

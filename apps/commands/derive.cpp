@@ -61,11 +61,13 @@ void run(const DeriveOptions& options) {
   Report report;
   Problem problem = read_problem(options, report);
   check_fields(what, fields, options, problem.axes);
-  for (const std::string& field : fields) finite_column(problem.table, problem.cloud, field);
+  Eigen::MatrixXd u(problem.cloud.size(), std::ssize(fields));
+  for (std::size_t c = 0; c < fields.size(); ++c)
+    u.col(static_cast<Eigen::Index>(c)) = finite_column(problem.table, problem.cloud, fields[c]);
   const auto rows = wanted_rows(problem, options.rows);
   assemble_wanted(options, rows, problem, report);
   const std::vector<int> unanswered = rows_without_answer(options, problem.op);
-  add_quantity(what, fields, unanswered, options.threads, problem);
+  add_quantity(what, fields, u, unanswered, options.threads, problem);
   write_and_report(options, report, problem.table.has("support"), {options.output},
                    [&] { write_table(options.output, problem.table); });
   if (unanswered.empty()) return;

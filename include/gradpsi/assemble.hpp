@@ -90,8 +90,8 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op, std::
 ///
 /// and rows sum to zero again. Supports need not be alike for it, but should vary slowly (local_spacing()):
 /// what that costs is of the order of grad h, squared. Rows that are zero for want of an answer stay so, and
-/// for their points other rows keep their own weights. `rows.neighbours` counts both kinds, as far as their entries are not 0.
-/// With one support nothing changes but by rounding. Cost: a transposition of each matrix.
+/// for their points other rows keep their own weights. `rows.neighbours` counts both kinds, as far as their
+/// entries are not 0. With one support nothing changes but by rounding. Cost: a transposition of each matrix.
 ///
 /// @param scheme   what `op` was assembled with
 /// @param op       all n rows

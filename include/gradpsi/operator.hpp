@@ -62,6 +62,8 @@ struct Operator {
   /// else empty.
   Positions normals = {};
 
+  /// The point that a row is about.
+  int point(int row) const { return points.empty() ? row : points[row]; }
   const SparseMatrix& matrix() const { return axes.front(); }  ///< the Laplacian, or d/dx
 };
 

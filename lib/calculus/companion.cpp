@@ -1,8 +1,7 @@
-#include <algorithm>
 #include <string>
 #include <vector>
 
-#include "base/memory.hpp"
+#include "base/copy_pattern.hpp"
 #include "base/parallel.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/vector_calculus.hpp"
@@ -43,21 +42,13 @@ std::vector<int> set_transposed_pattern(const SparseMatrix& A, SparseMatrix& res
   return from;
 }
 
-/// Gives `result` the pattern of A, its values left as they come.
-void set_pattern(const SparseMatrix& A, SparseMatrix& result) {
-  result.resize(A.rows(), A.cols());
-  resize_in_large_pages(result, entries(A));
-  std::copy_n(A.outerIndexPtr(), A.rows() + 1, result.outerIndexPtr());
-  std::copy_n(A.innerIndexPtr(), A.nonZeros(), result.innerIndexPtr());
-}
-
 }  // namespace
 
 std::vector<SparseMatrix> conservative_companion(const Operator& gradient, int threads) {
   check(gradient, threads);
   std::vector<SparseMatrix> result(gradient.axes.size());
   const std::vector<int> from = set_transposed_pattern(gradient.matrix(), result.front());
-  for (std::size_t a = 1; a < result.size(); ++a) set_pattern(result.front(), result[a]);
+  for (std::size_t a = 1; a < result.size(); ++a) copy_pattern(result[a], result.front(), threads);
   const DenseVector& omega = gradient.volumes;
   parallel_rows(result.front(), threads, [&](int begin, int end) {
     for (std::size_t a = 0; a < result.size(); ++a)

@@ -5,8 +5,8 @@ namespace gradpsi {
 // The operators on vectors as data: sums over products of a matrix and a component. Vector code is made of
 // these tables and so are block matrices.
 
-/// One of the products: result += factor * (matrix times component).
-struct Term {
+/// One of them: result += factor * (matrix times component).
+struct Product {
   int matrix, component, result;
   double factor;
 };
@@ -15,7 +15,7 @@ struct Term {
 struct Contraction {
   int matrices = 0, components = 0, results = 0;  ///< how many
   int count = 0;
-  Term terms[9] = {};  ///< the first `count`; those of a result in the order of the components
+  Product terms[9] = {};  ///< the first `count`; those of a result in the order of the components
 
   constexpr void add(int matrix, int component, int result, double factor = 1) {
     terms[count++] = {matrix, component, result, factor};

@@ -85,7 +85,7 @@ SparseMatrix block_matrix(VectorOperator what, std::span<const SparseMatrix> par
   const Contraction& table = row(what).by_dimension[dimension(what, parts) - 1];
   for (const SparseMatrix& A : parts) check_product(A, A.cols(), threads);
   check_share_pattern(parts);
-  const Term* blocks[9][3] = {};  // by result and component
+  const Product* blocks[9][3] = {};  // by result and component
   for (int t = 0; t < table.count; ++t)
     blocks[table.terms[t].result][table.terms[t].component] = &table.terms[t];
   const int* const outer = parts.front().outerIndexPtr();
@@ -93,7 +93,7 @@ SparseMatrix block_matrix(VectorOperator what, std::span<const SparseMatrix> par
       parts.front(), table.results, table.components,
       [&](int r, int c) { return blocks[r][c] != nullptr; },
       [&](int r, int c, int i, double* values) {
-        const Term& term = *blocks[r][c];
+        const Product& term = *blocks[r][c];
         const double* const a = parts[term.matrix].valuePtr();
         for (int k = outer[i]; k < outer[i + 1]; ++k) *values++ = term.factor * a[k];
       },

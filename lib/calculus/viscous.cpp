@@ -13,8 +13,6 @@
 namespace gradpsi {
 namespace {
 
-int point(const Operator& op, int i) { return op.points.empty() ? i : op.points[i]; }
-
 void check(const Operator& hessian, const Operator& gradient, const VectorView& mu, int threads) {
   const auto d = std::ssize(gradient.axes);
   if (d < 1 || d > 3 || std::ssize(hessian.axes) != d * (d + 1) / 2)
@@ -52,7 +50,7 @@ SparseMatrix viscous_force(const Operator& hessian, const Operator& gradient, co
   // what is left of d_b(mu d_a v_b).
   const auto fill = [&](int a, int b, int i, double* values) {
     const int begin = pattern.outerIndexPtr()[i], end = pattern.outerIndexPtr()[i + 1];
-    const int own = point(gradient, i);
+    const int own = gradient.point(i);
     double sum = 0, *diagonal = nullptr;
     for (int k = begin; k < end; ++k, ++values) {
       const int j = pattern.innerIndexPtr()[k];

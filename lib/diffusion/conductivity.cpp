@@ -26,8 +26,6 @@ void check(const Operator& laplacian, const VectorView& conductivity) {
                          " must be > 0 and finite, not " + shortest(conductivity[i]));
 }
 
-int point(const Operator& op, int row) { return op.points.empty() ? row : op.points[row]; }
-
 }  // namespace
 
 Operator with_conductivity(Operator laplacian, const VectorView& conductivity, Mean mean) {
@@ -35,7 +33,7 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
   SparseMatrix& psi = laplacian.axes.front();
   constexpr double rounding = 1e-12;
   for (int k = 0; k < psi.rows(); ++k) {
-    const int i = point(laplacian, k);
+    const int i = laplacian.point(k);
     double sum = 0, kept = 0, size = 0;  // kept: what the row sums to
     for (SparseMatrix::InnerIterator a(psi, k); a; ++a) {
       kept += a.value();
@@ -69,7 +67,7 @@ Operator with_conductivity(Operator laplacian, const Operator& gradient,
   for (int row = 0; row < psi.rows(); ++row)
     for (int k = psi.outerIndexPtr()[row]; k < psi.outerIndexPtr()[row + 1]; ++k) {
       double& a = psi.valuePtr()[k];
-      a *= conductivity[point(laplacian, row)];
+      a *= conductivity[laplacian.point(row)];
       for (std::size_t axis = 0; axis < gradient.axes.size(); ++axis)
         a += slope(row, static_cast<Eigen::Index>(axis)) * gradient.axes[axis].valuePtr()[k];
     }

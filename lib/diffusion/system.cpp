@@ -114,7 +114,7 @@ std::vector<int> DiffusionSystem::choose_rows(const Operator& laplacian,
                                               const std::vector<int>& fixed_place) {
   std::vector<int> psi_row;
   for (int k = 0; k < laplacian.matrix().rows(); ++k) {
-    const int i = laplacian.points.empty() ? k : laplacian.points[k];
+    const int i = laplacian.point(k);
     if (fixed_place[i] >= 0) continue;
     rows_.push_back(i);
     psi_row.push_back(k);

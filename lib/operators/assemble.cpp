@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "base/copy_pattern.hpp"
 #include "base/parallel.hpp"
 #include "base/resize.hpp"
 #include "base/text.hpp"

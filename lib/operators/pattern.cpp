@@ -1,6 +1,5 @@
 #include "operators/pattern.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -49,18 +48,6 @@ void set_pattern(SparseMatrix& matrix, const Neighbours& near, const ChosenRows&
       }
       column[before] = i;
     }
-  });
-}
-
-void copy_pattern(SparseMatrix& matrix, const SparseMatrix& other, int threads) {
-  matrix.resize(other.rows(), other.cols());
-  const int m = static_cast<int>(other.rows());
-  const int* const outer = other.outerIndexPtr();
-  std::copy_n(outer, m + 1, matrix.outerIndexPtr());
-  resize_in_large_pages(matrix, outer[m]);
-  parallel_chunks(m, 8192, threads, [&](int begin, int end) {
-    std::copy(other.innerIndexPtr() + outer[begin], other.innerIndexPtr() + outer[end],
-              matrix.innerIndexPtr() + outer[begin]);
   });
 }
 

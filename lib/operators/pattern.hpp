@@ -27,9 +27,6 @@ void check_entries(std::int64_t entries);
 /// The neighbours of the rows' points plus the diagonal, compressed; the values are left as they come.
 void set_pattern(SparseMatrix& matrix, const Neighbours& near, const ChosenRows& rows, int threads);
 
-/// The same for another matrix.
-void copy_pattern(SparseMatrix& matrix, const SparseMatrix& other, int threads);
-
 /// Throws unless the operator's matrices have the pattern that the new values need.
 void check_pattern(const Scheme& scheme, const Cloud& cloud, const Neighbours& near,
                    const ChosenRows& rows, const Operator& op, const AssemblyOptions& options);

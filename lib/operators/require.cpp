@@ -9,7 +9,7 @@ void require(const Scheme& scheme, const Cloud& cloud, const Operator& op,
   std::ranges::sort(except);
   std::vector<int> points, rows;  // of the degenerate rows
   for (int k = 0; k < static_cast<int>(op.rows.outcome.size()); ++k) {
-    const int point = op.points.empty() ? k : op.points[k];
+    const int point = op.point(k);
     if (op.rows.outcome[k] == RowOutcome::AsAsked || std::ranges::binary_search(except, point))
       continue;
     points.push_back(point);

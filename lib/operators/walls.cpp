@@ -198,7 +198,7 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
   matrix.resize(all.rows(), all.cols());
   matrix.reserve(all.nonZeros());
   for (int row = 0; row < all.rows(); ++row) {
-    const int i = op.points.empty() ? row : op.points[row];
+    const int i = op.point(row);
     matrix.startVec(row);
     if (place[i] < 0) {
       for (SparseMatrix::InnerIterator a(all, row); a; ++a)

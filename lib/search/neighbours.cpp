@@ -271,25 +271,26 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points, const Vect
   return near;
 }
 
-Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, double skin,
+Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, const Skin* skin,
                            const std::vector<int>* rows, int threads) {
   check_supports(cloud, supports);
+  if (skin) check_skin(cloud, supports, skin->width);
   checked_threads(threads);
   const Wanted wanted = wanted_rows(rows, cloud.size());
   return dispatch(cloud.dimension(), [&](auto d) {
-    return find<decltype(d)::value>(cloud, supports, skin, wanted, threads);
+    return find<decltype(d)::value>(cloud, supports, skin ? skin->width : 0, wanted, threads);
   });
 }
 
 }  // namespace
 
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int threads) {
-  return find_neighbours(cloud, supports, 0, nullptr, threads);
+  return find_neighbours(cloud, supports, nullptr, nullptr, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports,
                            const std::vector<int>& rows, int threads) {
-  return find_neighbours(cloud, supports, 0, &rows, threads);
+  return find_neighbours(cloud, supports, nullptr, &rows, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
@@ -297,8 +298,7 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads) {
 }
 
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, Skin skin, int threads) {
-  check_skin(cloud, supports, skin.width);
-  return find_neighbours(cloud, supports, skin.width, nullptr, threads);
+  return find_neighbours(cloud, supports, &skin, nullptr, threads);
 }
 
 Neighbours find_neighbours(const Cloud& cloud, double support, Skin skin, int threads) {

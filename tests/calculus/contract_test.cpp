@@ -37,7 +37,7 @@ TEST_P(Contractions, SumTheirTermsOverRowsOfAnyLength) {
       for (int c = 0; c < 3; ++c) arguments.x[c] = x.col(c).data();
       for (int r = 0; r < 9; ++r) arguments.y[r] = y.col(r).data();
       for (int t = 0; t < table.count; ++t) {
-        const Term& term = table.terms[t];
+        const Product& term = table.terms[t];
         expected.col(term.result) += term.factor * (A[term.matrix] * x.col(term.component));
       }
       kernels.of[what][d - 1](arguments, 0, n);

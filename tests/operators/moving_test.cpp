@@ -209,6 +209,9 @@ TEST(Stale, ListsAreRefused) {
 TEST(Skin, RefusesWhatCannotBe) {
   const Cloud cloud = periodic(make_cloud({.points_per_side = 8}));
   const auto message = [](const auto& call) { return message_of<InvalidInput>(call); };
+  for (const Eigen::VectorXd& supports : {Eigen::VectorXd(0), Eigen::VectorXd(63)})
+    EXPECT_EQ(message([&] { find_neighbours(cloud, supports, Skin{0.1}); }),
+              message([&] { find_neighbours(cloud, supports); }));
   for (const double width : {0.0, -1.0, std::nan("")})
     EXPECT_THAT(message([&] { find_neighbours(cloud, 0.3, Skin{width}); }),
                 HasSubstr("the skin must be > 0 and finite, not "));

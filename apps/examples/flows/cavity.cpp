@@ -99,15 +99,14 @@ class Flow {
  public:
   Flow(const Cavity& cavity, double dx)
       : dt_(dx / 2),
-        operators_(assemble({"gradient-ls-2", "laplacian-ls-2", "hessian-ls-2"}, cavity.cloud,
-                            find_neighbours(cavity.cloud, 3.2 * dx))),
+        near_(find_neighbours(cavity.cloud, 3.2 * dx)),
+        operators_(
+            assemble({"gradient-ls-2", "laplacian-ls-2", "hessian-ls-2"}, cavity.cloud, near_)),
         viscous_(cavity.cloud, operators_[1], {.fixed = {cavity.walls.points}},
                  {.diffusivity = viscosity, .time_step = dt_}),
         poisson_(cavity.cloud,
-                 with_walls(operators_[1], cavity.cloud, find_neighbours(cavity.cloud, 3.2 * dx),
-                            cavity.walls)
-                     .laplacian,
-                 {}, {.time_step = long_}),
+                 with_walls(operators_[1], cavity.cloud, near_, cavity.walls).laplacian, {},
+                 {.time_step = long_}),
         inside_(Field::Ones(cavity.cloud.size())),
         u_(Vectors::Zero(cavity.cloud.size(), 2)) {
     for (const int i : cavity.walls.points) {
@@ -148,6 +147,7 @@ class Flow {
 
   static constexpr double long_ = 100;
   double dt_;
+  gradpsi::Neighbours near_;
   std::vector<gradpsi::Operator> operators_;
   gradpsi::ImplicitDiffusion viscous_, poisson_;
   Field inside_;
