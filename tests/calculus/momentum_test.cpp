@@ -135,7 +135,11 @@ INSTANTIATE_TEST_SUITE_P(Schemes, Momentum,
                          testing::Combine(testing::Values(Scheme("gradient-direct-zoc"),
                                                           Scheme("gradient-direct-foc"),
                                                           Scheme("gradient-ls-2")),
-                                          testing::Values(1, 2, 3)),
+                                          testing::Values(1, 2)),
+                         case_name);
+INSTANTIATE_TEST_SUITE_P(InSpace, Momentum,
+                         testing::Combine(testing::Values(Scheme("gradient-ls-2")),
+                                          testing::Values(3)),
                          case_name);
 
 }  // namespace

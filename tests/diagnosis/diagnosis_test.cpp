@@ -1,6 +1,5 @@
 // Row reports, error bounds, spectra and the forecast of growth.
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <numbers>

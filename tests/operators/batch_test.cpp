@@ -35,7 +35,7 @@ TEST_P(VectorCode, AssemblesWhatRowsByThemselvesGive) {
       const Cloud open = irregular_cloud(d, d == 1 ? 53 : d == 2 ? 13 : 7);
       const Cloud cloud = in_a_box ? periodic(open) : open;
       const Neighbours near = find_neighbours(cloud, uneven_supports(cloud));
-      for (const Kernel& kernel : kernels())
+      for (const Kernel& kernel : kernels().first(d == 3 ? 1 : kernels().size()))
         for (const Scheme& scheme : compact_schemes()) {
           const AssemblyOptions options{.kernel = kernel};
           const Operator rows = assemble_with(nullptr, {scheme}, cloud, near, options).front();

@@ -132,8 +132,12 @@ TEST(Surface, CurvatureOfAnEllipsoid) {
   Positions x = sphere(6000);
   for (int a = 0; a < 3; ++a) x.col(a) *= half[a];
   const Cloud cloud(x);
-  const Operator op = assemble("laplacian-ls-4", cloud, find_neighbours(cloud, 0.26), on_surface);
-  for (int i = 0; i < cloud.size(); i += 7) {
+  std::vector<int> rows;
+  for (int i = 0; i < cloud.size(); i += 7) rows.push_back(i);
+  const Operator op = assemble("laplacian-ls-4", cloud, find_neighbours(cloud, 0.26),
+                               {.rows = rows, .on_surface = true});
+  for (int k = 0; k < op.matrix().rows(); ++k) {
+    const int i = op.point(k);
     const Eigen::Array3d p = x.row(i).transpose();
     const Eigen::Vector3d outward = (p / half.square()).matrix();
     const Eigen::Vector3d normal = outward.normalized();
@@ -142,8 +146,8 @@ TEST(Surface, CurvatureOfAnEllipsoid) {
         (half.square().inverse().sum() - (normal.array().square() / half.square()).sum()) /
         outward.norm();
     for (int a = 0; a < 3; ++a)
-      EXPECT_NEAR((op.matrix().row(i) * x.col(a))(0), -curvature * normal[a], 2e-3);
-    EXPECT_NEAR(std::abs(op.normals.row(i).dot(normal)), 1, 1e-6);
+      EXPECT_NEAR((op.matrix().row(k) * x.col(a))(0), -curvature * normal[a], 2e-3);
+    EXPECT_NEAR(std::abs(op.normals.row(k).dot(normal)), 1, 1e-6);
   }
 }
 
