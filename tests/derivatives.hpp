@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <gradpsi/gradpsi.hpp>
+#include <numbers>
 #include <vector>
 
 namespace gradpsi {
@@ -20,6 +21,8 @@ inline std::vector<Partials> partials(Derivative derivative, int d) {
   } else if (derivative == Derivative::Hessian) {
     for (int a = 0; a < d; ++a)
       for (int b = a; b < d; ++b) matrices.push_back({unit(a) + unit(b)});
+  } else if (derivative == Derivative::Value) {
+    matrices.push_back({Eigen::VectorXi::Zero(d)});
   } else {
     matrices.emplace_back();
     for (int a = 0; a < d; ++a) matrices[0].push_back(2 * unit(a));
@@ -43,7 +46,7 @@ inline double of_monomial(const Partials& matrix, const Eigen::VectorXi& exponen
 inline double of_wave(const Partials& matrix, const Eigen::VectorXd& k, double phase) {
   double sum = 0;
   for (const Eigen::VectorXi& partial : matrix) {
-    double product = partial.sum() == 1 ? std::cos(phase) : -std::sin(phase);
+    double product = std::sin(phase + partial.sum() * std::numbers::pi / 2);
     for (Eigen::Index a = 0; a < k.size(); ++a) product *= std::pow(k[a], partial[a]);
     sum += product;
   }
@@ -60,7 +63,7 @@ inline std::vector<Eigen::MatrixXd> turned(Derivative derivative,
   const auto entry = [d](Eigen::Index a, Eigen::Index b) {
     return a > b ? b * d - b * (b - 1) / 2 + a - b : a * d - a * (a - 1) / 2 + b - a;
   };
-  if (derivative == Derivative::Laplacian) return matrices;
+  if (derivative == Derivative::Laplacian || derivative == Derivative::Value) return matrices;
   for (Eigen::Index a = 0; a < d; ++a) {
     if (derivative == Derivative::Gradient) {
       result.push_back(zero());

@@ -8,8 +8,16 @@
 
 namespace gradpsi {
 
+bool is_cited(const Scheme& scheme) { return scheme.consistency > Consistency::LeastSquares; }
+
+bool has_oracle(const Scheme& scheme) {
+  return degree(scheme) <= 2 && scheme.consistency != Consistency::Positive &&
+         scheme.consistency != Consistency::Rkpm && scheme.consistency != Consistency::Kgf;
+}
+
 OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
                      const Kernel& kernel) {
+  if (is_cited(scheme)) return cited_row(scheme, cloud, h, i, kernel);
   using Real = long double;
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   using Vector = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
@@ -34,7 +42,8 @@ OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
       case Weight::DiffuseNs: return (gradient ? 1 : 2) * k.w / r;
       case Weight::Mixed: return -2 * k.dw_over_r;
       case Weight::Kernel: return k.w;
-      case Weight::Distance: break;
+      case Weight::Distance:
+      case Weight::Derivatives: break;
     }
     return 0;
   };
@@ -73,9 +82,17 @@ OracleRow oracle_row(const Scheme& scheme, const Cloud& cloud, double h, int i,
   for (const int j : near) {
     const Vector r = r_ij(j);
     const Real weight = Real(cloud.volumes()[j]) * phi(r.norm());
-    const Vector a = scheme.consistency != Consistency::Zoc ? Vector(C.transpose() * trial(r))
-                     : gradient                             ? r
-                                                            : Vector(Vector::Ones(1));
+    Vector a = Vector::Ones(1);
+    if (scheme.consistency != Consistency::Zoc) {
+      a = C.transpose() * trial(r);
+    } else if (gradient) {
+      a = r;
+    } else if (scheme.derivative == Derivative::Hessian) {
+      a.resize(std::ssize(outputs));
+      for (int k = 0, n = 0; k < d; ++k)
+        for (int l = k; l < d; ++l)
+          a[n++] = ((d + 2) * r[k] * r[l] / r.squaredNorm() - (k == l)) / 2;
+    }
     row.col(j) = (weight * a).cast<double>();
     row.col(i) -= row.col(j);
   }

@@ -12,6 +12,7 @@
 /// whatever the library was compiled with: memory that passes between them follows one rule (dense.hpp).
 /// With Eigen 5 the two must agree, or the program does not link (matrix.hpp).
 #include "gradpsi/assemble.hpp"
+#include "gradpsi/cited.hpp"
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"

@@ -5,37 +5,11 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
+
+#include "gradpsi/classification.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
-
-/// What a scheme approximates.
-enum class Derivative {
-  Gradient,   ///< d numbers
-  Laplacian,  ///< one
-  Hessian     ///< the second derivatives, d(d+1)/2: xx, xy, yy; xx, xy, xz, yy, yz, zz
-};
-
-/// Which phi(r) weighs a neighbour (Tables I and II), with W the kernel and d the dimension.
-enum class Weight {
-  Direct,     ///< gradient -W'/r, Laplacian W'' + (d-1) W'/r
-  Diffuse,    ///< gradient d W/r^2, Laplacian 2d W/r^2
-  DiffuseNs,  ///< gradient W/r, Laplacian 2 W/r; without correction a power of length is missing
-  Mixed,      ///< Laplacian -2 W'/r
-  Kernel,     ///< W: the least-squares schemes of any degree; not part of their names
-  Distance    ///< no phi but a cost, (r/h)^5: the positive Laplacian; not part of its name
-};
-
-/// What a row promises, and how: see Scheme and degree().
-enum class Consistency {
-  Zoc,       ///< row sums are zero
-  Foc,       ///< first order, gradients only
-  Soc,       ///< second order
-  SocLs,     ///< second order, not gradients: of all weights those of least sum psi^2 / (omega phi)
-  Positive,  ///< second order, Laplacians only: no weight negative, least sum (r/h)^5 psi
-  LeastSquares  ///< exact on polynomials of a degree from 1 to 6; second derivatives from 2 on
-};
 
 /// A derivative as weighted sums over the neighbours: one row of the table schemes().
 ///
@@ -54,16 +28,18 @@ enum class Consistency {
 ///
 ///     soc-ls, ls-P   a_ij = omega_j phi(r) c_i . p(r_ij), p the monomials up to the degree: of all
 ///                    weights that meet the conditions, those with the least sum a^2 / (omega phi)
-///     hessian        the same systems of soc-ls and ls-P, asked for d^2 u / dx_a dx_b: the trace is
-///                    the Laplacian's matrix to rounding
+///     hessian        the same systems, asked for d^2 u / dx_a dx_b: the trace is the Laplacian's matrix to
+///                    rounding; zoc: psi_ij ((d+2) e_a e_b - delta_ab) / 2
 ///     positive       psi_ij >= 0 with the least sum (r/h)^5 psi_ij, at most d(d+3)/2 of them not zero
 ///                    (B. Seibold, "Minimal positive stencils in meshfree finite difference methods for
 ///                    the Poisson equation"); one-sided neighbourhoods have none
+///
+/// and behind them the systems that the paper cites: see cited.hpp.
 struct Scheme {
   Derivative derivative;     ///< what is approximated
   Weight weight;             ///< phi(r)
   Consistency consistency;   ///< the conditions, and how they are met
-  int least_squares_degree;  ///< P of ls-P; 0 for the others
+  int least_squares_degree;  ///< P of ls-P, mls-P and rkpm-P; 0 for the others
 
   /// Any of these; assemble() refuses what is not one of schemes().
   constexpr Scheme(Derivative derivative, Weight weight, Consistency consistency,
@@ -73,7 +49,8 @@ struct Scheme {
         consistency(consistency),
         least_squares_degree(least_squares_degree) {}
 
-  /// By name, so that "laplacian-mixed-soc" can stand wherever a scheme is expected.
+  /// By name, so that "laplacian-mixed-soc" can stand wherever a scheme is expected, or by the name of
+  /// cited_systems().
   /// @throws InvalidInput  listing the valid names, nearest spelling first
   template <std::convertible_to<std::string_view> Name>
   Scheme(const Name& name) : Scheme(from_name(name)) {}
@@ -92,34 +69,23 @@ std::span<const Scheme> schemes();
 std::span<const Scheme> classified_schemes();
 
 /// The degree of the polynomials that every row differentiates exactly, 0 to 6; for Laplacians 0 means
-/// no more than that constants have none.
+/// no more than that constants have none. -1 for gradient-symmetric, whose rows do not sum up to 0.
 int degree(const Scheme& scheme);
 
 /// The number of conditions on a row's weights, unknowns of its moment system: the monomials of degree 1
-/// to degree(scheme) in d dimensions, binomial(d + P, P) - 1.
+/// to degree(scheme) in d dimensions, binomial(d + P, P) - 1; of laplacian-cspm, d(d+1)/2, those of degree 2.
 int unknowns(const Scheme& scheme, int dimension);
 
-/// The support that a scheme brings along, as a multiple of the spacing. ls-P: P + 1/2, at least 2, what
-/// the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
+/// The support that a scheme brings along, as a multiple of the spacing. ls-P and mls-P: P + 1/2, at least 2,
+/// what the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
 /// @throws InvalidInput  if it is not one of schemes(), as symmetry() does
 std::optional<double> support_ratio(const Scheme& scheme);
 
-/// The order of the derivative: 1 for gradients, 2 for Laplacians and Hessians.
-int order(Derivative derivative);
-
-/// What the matrices of a derivative are called, in the order of Operator::axes: "x", "y", "z" as far as
-/// there are dimensions for a gradient, one name that is empty for a Laplacian, and "xx", "xy", "yy" and so on for a Hessian.
-std::vector<std::string> components(Derivative derivative, int dimension);
-
-std::string_view name(Derivative derivative);  ///< "gradient", "laplacian", "hessian"
-std::string_view name(Weight weight);          ///< "direct", "diffuse", ..., "kernel", "distance"
-std::string_view name(
-    Consistency consistency);  ///< "zoc", "foc", "soc", "soc-ls", "positive", "ls"
-/// The same with the degree of least squares: "soc", "ls-3".
+/// The same with the degree where there are several: "soc", "ls-3".
 std::string consistency_name(const Scheme& scheme);
 
-/// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3"
-/// and "positive" stand without a weight.
+/// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3",
+/// "positive" and what only the cited systems do stand without a weight.
 std::string name(const Scheme& scheme);
 
 /// G_ij or psi_ij in plain text, with this scheme's phi(r) written out.
@@ -129,16 +95,8 @@ std::string formula(const Scheme& scheme);
 /// The consistency conditions that every row meets to rounding, with the paper's equation numbers.
 std::string_view conditions(const Scheme& scheme);
 
-/// What holds for the off-diagonal entries scaled by the row's volume, given one support for all; for several
-/// see with_symmetric_supports().
-enum class Symmetry {
-  None,
-  Symmetric,     ///< omega_i a_ij = omega_j a_ji: zoc Laplacians
-  Antisymmetric  ///< omega_i a_ij = -omega_j a_ji: zoc gradients
-};
 /// None, or what the table of uncorrected schemes promises.
 Symmetry symmetry(const Scheme& scheme);
-std::string_view name(Symmetry symmetry);  ///< "none", "symmetric", "antisymmetric"
 
 }  // namespace gradpsi
 #pragma GCC visibility pop

@@ -80,7 +80,8 @@ class RowSums {
   Eigen::RowVectorXd residuals(const Target& target, int axis) const {
     const auto K = sizes_.size() - 2;
     Eigen::RowVectorXd residuals = Eigen::RowVectorXd::Zero(K + 1);
-    residuals[0] = std::abs(sum_) + (entries_ + 1) * rounding * (sizes_[0] + diagonal_);
+    residuals[0] = std::abs(sum_ - target.of(axis, std::array<int, D>{})) +
+                   (entries_ + 1) * rounding * (sizes_[0] + diagonal_);
     for (std::size_t m = 0; m < basis_.size(); ++m) {
       const double off = moments_[m] - wanted(target, axis, basis_[m].alpha);
       residuals[basis_[m].degree] += basis_[m].count * off * off;

@@ -13,6 +13,7 @@
 #include "gradpsi/error.hpp"
 #include "operators/degenerate.hpp"
 #include "operators/fill.hpp"
+#include "operators/passes.hpp"
 #include "operators/surface.hpp"
 #include "operators/widen.hpp"
 #include "schemes/check.hpp"
@@ -135,23 +136,29 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& schemes,
                                     const Cloud& cloud, const Neighbours& near,
                                     const AssemblyOptions& options) {
-  if (schemes.empty()) return {};
   check(schemes, cloud, near, options);
   const ChosenRows rows = chosen_rows(options, cloud);
   std::vector<Operator> operators(schemes.size());
   std::vector<Request> requests;
-  operators[0].volumes = cloud.has_volumes() ? cloud.volumes() : measures(cloud, near, options);
-  const DenseVector& volumes = operators[0].volumes;
   for (std::size_t r = 0; r < schemes.size(); ++r) {
+    if (recipe(schemes[r]).how == How::Passes) {
+      operators[r] = two_passes(schemes[r], cloud, near, options);
+      continue;
+    }
+    const Operator* const first = requests.empty() ? nullptr : requests.front().op;
     requests.push_back(
         {&operators[r], ladder(schemes[r], row_dimension(cloud, options), options.on_degenerate)});
-    prepare(requests[r].steps.front(), cloud, near, rows, r > 0 ? &operators[0].axes[0] : nullptr,
+    prepare(requests.back().steps.front(), cloud, near, rows, first ? &first->axes[0] : nullptr,
             options, operators[r]);
-    if (r > 0) operators[r].volumes = volumes;
+    operators[r].volumes = first                 ? first->volumes
+                           : cloud.has_volumes() ? cloud.volumes()
+                                                 : measures(cloud, near, options);
   }
-  fill(cpu, requests, cloud, near, volumes, rows, options);
+  if (requests.empty()) return operators;
+  fill(cpu, requests, cloud, near, requests.front().op->volumes, rows, options);
   for (std::size_t r = 0; r < schemes.size(); ++r)
-    finish(schemes[r], cloud, rows, options, operators[r]);
+    if (recipe(schemes[r]).how != How::Passes)
+      finish(schemes[r], cloud, rows, options, operators[r]);
   return operators;
 }
 

@@ -58,6 +58,8 @@ void check_pattern(const Scheme& scheme, const Cloud& cloud, const Neighbours& n
   if (recipe(scheme).how == How::Programme)
     throw InvalidInput("the pattern of " + name(scheme) +
                        " depends on its values: assemble it anew");
+  if (recipe(scheme).how == How::Passes)
+    throw InvalidInput(name(scheme) + " is made of two passes: assemble it anew");
   if (options.on_degenerate == OnDegenerate::Widen)
     throw InvalidInput("rows of a given pattern cannot be widened: assemble them anew");
   if (op.axes.size() != axes)

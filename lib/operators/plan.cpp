@@ -11,7 +11,8 @@ namespace {
 /// The row's system as the vector code has it; nothing where it has none.
 std::optional<BatchSystem> batch_system(const Equations& equations, int d) {
   const bool least_squares = equations.how == How::LeastSquares;
-  if (equations.how == How::Programme ||
+  const bool together = equations.how <= How::LeastSquares || equations.how == How::Normalized;
+  if (!together || !equations.after.empty() || equations.unknowns == 0 ||
       (least_squares && equations.degree > highest_batched_degree(d)))
     return std::nullopt;
   BatchSystem system{};
@@ -19,6 +20,8 @@ std::optional<BatchSystem> batch_system(const Equations& equations, int d) {
   system.how = equations.how;
   system.form = equations.form;
   system.degree = equations.degree;
+  system.fitted = equations.fitted;
+  system.diagonal = equations.diagonal;
   system.given_power = equations.given_power;
   system.limit = checked_below;
   if (least_squares)
@@ -29,7 +32,7 @@ std::optional<BatchSystem> batch_system(const Equations& equations, int d) {
 /// Whether one system answers both: one with conditions does, whatever is derived from it.
 bool shared(const BatchSystem& a, const BatchSystem& b) {
   return a.how != How::Given && a.how == b.how && a.form == b.form && a.degree == b.degree &&
-         a.phi == b.phi;
+         a.phi == b.phi && a.fitted == b.fitted;
 }
 
 void add_outputs(const Equations& equations, Operator& op, BatchSystem& system) {

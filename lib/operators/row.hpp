@@ -34,8 +34,9 @@ class Row {
   /// Takes up the neighbours of point i within `support`.
   void gather(const Cloud& cloud, std::span<const int> neighbours, double support,
               const DenseVector& volumes, int i);
-  /// Takes up neighbours at s (n x d), in units of the support, with these volumes (n x 1).
-  void gather(double support, const Columns& s, const Columns& volumes);
+  /// Takes up neighbours at s (n x d), in units of the support, with these volumes (n x 1) and the point's own,
+  /// 0 where there is no point.
+  void gather(double support, const Columns& s, const Columns& volumes, double own_volume);
 
   /// Computes the weights a_ij of a scheme; zeros, if it cannot be.
   Solution solve(const Equations& equations);
@@ -52,23 +53,33 @@ class Row {
   Columns volume() { return volume_.columns(n_, 1); }  // omega_j s_d / h^d
   Columns weight() { return weight_.columns(n_, 1); }  // omega_j phi(r), but for powers of h
 
+  Columns profile() { return profile_.columns(n_, 3); }         // w, w'/q, w''
   Columns weights() { return weights_.columns(n_, outputs_); }  // a_ij of the last solve()
 
   void prepare();
   void weigh(const Equations& equations);
+  Solution own(const Equations& equations);
   Solution given(const Equations& equations);
   Solution moments(const Equations& equations);
+  Solution normalized(const Equations& equations);
   Solution least_squares(const Equations& equations);
+  Solution shape_functions(const Equations& equations);
   Solution positive();
+  double unit(const Equations& equations) const;
   Eigen::MatrixXd targets(const Equations& equations) const;
+  void fill(const Equations& equations, Columns t);
+  void centre(const Equations& equations, Columns t);
   bool keeps_promises(const Equations& equations);
   void combine(const Columns& t, const Eigen::MatrixXd& C);
+  void take_first_moments_away(const Columns& gradient);
 
   Kernel kernel_;
-  int n_ = 0;        // neighbours
-  double h_ = 0;     // support
-  int outputs_ = 0;  // of the last solve()
-  Buffer s_, q_, volume_, weight_, trial_, test_, weighted_, weights_, sum_;
+  int n_ = 0;                            // neighbours
+  double h_ = 0;                         // support
+  double own_volume_ = 0;                // as volume()
+  int outputs_ = 0;                      // of the last solve()
+  double diagonal_ = -1, constant_ = 0;  // see Equations
+  Buffer s_, q_, volume_, weight_, profile_, trial_, test_, weighted_, weights_, sum_, gradient_;
   PositiveStencil<D> stencil_;
   Eigen::ArrayXd sums_;
 };

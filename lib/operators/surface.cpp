@@ -25,6 +25,7 @@ void SurfaceRow::gather(const Cloud& cloud, std::span<const int> neighbours, dou
     r.row(k) = displacement<3>(cloud, i, neighbours[k]) / h_;
     area(k) = volumes[neighbours[k]];
   }
+  own_area_ = volumes[i];
 }
 
 /// omega_j W of neighbours at s (n x 1 to 3), up to a factor.
@@ -100,7 +101,7 @@ Solution SurfaceRow::solve(const Equations& equations) {
   axes_ = tangents(normal_);
   const Columns s = plane_.columns(n_, 2);
   Columns(s).matrix().noalias() = r().matrix() * axes_;
-  row_.gather(h_, s, area());
+  row_.gather(h_, s, area(), own_area_);
   return row_.solve(equations);
 }
 

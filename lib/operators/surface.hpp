@@ -64,7 +64,7 @@ class SurfaceRow {
   Kernel kernel_;
   Row<2> row_;
   int n_ = 0;  // neighbours
-  double h_ = 0;
+  double h_ = 0, own_area_ = 0;
   int outputs_ = 0;  // of the last solve()
   Direction normal_ = Direction::Zero();
   Axes axes_;

@@ -9,6 +9,7 @@
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/error.hpp"
 #include "operators/pattern.hpp"
+#include "schemes/recipe.hpp"
 
 namespace gradpsi {
 namespace {
@@ -19,7 +20,8 @@ void check(const Scheme& scheme, const Operator& op) {
   if (symmetry(scheme) == Symmetry::None)
     throw InvalidInput(name(scheme) + " is not symmetric with any support: only schemes without " +
                        "correction (zoc) are");
-  if (op.axes.empty() || (symmetry(scheme) == Symmetry::Symmetric && op.axes.size() > 1))
+  // A gradient along a surface has as many components as the points have coordinates.
+  if (op.axes.empty() || op.axes.size() > components(scheme.derivative, 3).size())
     throw InvalidInput("an operator of " + std::to_string(op.axes.size()) +
                        " matrices is none of " + name(scheme));
   const Eigen::Index n = op.volumes.size();
@@ -67,8 +69,10 @@ SparseMatrix union_pattern(const Mirrored& both, int threads) {
   return result;
 }
 
-/// Off the diagonal (a_ij + sign a_ji omega_j / omega_i) / 2, a_ij where row j is zero; rows sum to zero.
-SparseMatrix mean_of_both(const SparseMatrix& A, double sign, const Operator& op, int threads) {
+/// Off the diagonal (a_ij + sign a_ji omega_j / omega_i) / 2, a_ij where row j is zero; on it their sum times
+/// `diagonal_sign`.
+SparseMatrix mean_of_both(const SparseMatrix& A, double sign, double diagonal_sign,
+                          const Operator& op, int threads) {
   const Mirrored both{A};
   SparseMatrix result = union_pattern(both, threads);
   const auto is_zero = [&](int i) { return op.rows.outcome[i] == RowOutcome::Zero; };
@@ -84,7 +88,7 @@ SparseMatrix mean_of_both(const SparseMatrix& A, double sign, const Operator& op
         result.valuePtr()[at++] = mean;
         sum += mean;
       });
-      result.valuePtr()[diagonal] = 0 - sum;
+      result.valuePtr()[diagonal] = 0 + diagonal_sign * sum;
     }
   });
   return result;
@@ -105,7 +109,7 @@ Operator with_symmetric_supports(const Scheme& scheme, Operator op, int threads)
   checked_threads(threads);
   check(scheme, op);
   const double sign = symmetry(scheme) == Symmetry::Symmetric ? 1 : -1;
-  for (SparseMatrix& A : op.axes) A = mean_of_both(A, sign, op, threads);
+  for (SparseMatrix& A : op.axes) A = mean_of_both(A, sign, recipe(scheme).diagonal, op, threads);
   for (int i = 0; i < op.rows.neighbours.size(); ++i)
     if (op.rows.outcome[i] != RowOutcome::Zero) op.rows.neighbours[i] = weights(op, i);
   return op;

@@ -5,6 +5,7 @@
 
 #include "base/names.hpp"
 #include "base/text.hpp"
+#include "gradpsi/cited.hpp"
 #include "gradpsi/scheme.hpp"
 #include "schemes/monomials.hpp"
 #include "schemes/recipe.hpp"
@@ -14,63 +15,15 @@
 namespace gradpsi {
 namespace {
 
-constexpr auto Gradient = Derivative::Gradient;
-constexpr auto Laplacian = Derivative::Laplacian;
-constexpr auto Hessian = Derivative::Hessian;
-using Weight::Diffuse, Weight::DiffuseNs, Weight::Direct, Weight::Distance, Weight::Mixed;
-constexpr auto W = Weight::Kernel;
-using enum Consistency;
-using Symmetry::Antisymmetric, Symmetry::Symmetric;
-
-constexpr std::string_view none, r = " r_ij", B_r = " B_i r_ij",
-                                 C_r = " (C0_i r_ij + C1_i : r_ij r_ij)",
-                                 C_e = " (C0_i : e_ij e_ij + C1_i . r_ij)", c_p = " c_i . p(r_ij)",
-                                 psi = ">= 0, least sum (r/h)^5 psi_ij";
-
-// Tables I and II first, then what follows them.
-constexpr int classified = 17;
-constexpr std::array recipes = std::to_array<Recipe>({
-    // clang-format off
-    {Gradient, Direct, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
-    {Gradient, Direct, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-direct-zoc"},
-    {Gradient, Direct, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-direct-foc"},
-    {Gradient, Diffuse, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
-    {Gradient, Diffuse, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-diffuse-zoc"},
-    {Gradient, Diffuse, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-diffuse-foc"},
-    {Gradient, DiffuseNs, Zoc, 0, 0, How::Given, Form::Monomials, r, none, Antisymmetric},
-    {Gradient, DiffuseNs, Foc, 1, 1, How::Moments, Form::Monomials, B_r, "gradient-diffuse-ns-zoc"},
-    {Gradient, DiffuseNs, Soc, 2, 2, How::Moments, Form::Monomials, C_r, "gradient-diffuse-ns-foc"},
-    {Laplacian, Direct, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
-    {Laplacian, Direct, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-direct-zoc"},
-    {Laplacian, Diffuse, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
-    {Laplacian, Diffuse, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-diffuse-zoc"},
-    {Laplacian, DiffuseNs, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
-    {Laplacian, DiffuseNs, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-diffuse-ns-zoc"},
-    {Laplacian, Mixed, Zoc, 0, 0, How::Given, Form::Constant, none, none, Symmetric},
-    {Laplacian, Mixed, Soc, 2, 2, How::Moments, Form::Directions, C_e, "laplacian-mixed-zoc"},
-    {Laplacian, Diffuse, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-diffuse-zoc"},
-    {Laplacian, DiffuseNs, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-diffuse-ns-zoc"},
-    {Laplacian, Mixed, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, "laplacian-mixed-zoc"},
-    {Laplacian, Distance, Positive, 2, 2, How::Programme, Form::Monomials, psi, "laplacian-mixed-zoc",
-     Symmetry::None, true},
-    {Gradient, W, LeastSquares, 1, highest_degree, How::LeastSquares, Form::Monomials, c_p,
-     "gradient-direct-zoc", Symmetry::None, true},
-    {Laplacian, W, LeastSquares, 2, highest_degree, How::LeastSquares, Form::Monomials, c_p,
-     "laplacian-mixed-zoc", Symmetry::None, true},
-    {Hessian, Mixed, SocLs, 2, 2, How::LeastSquares, Form::Monomials, c_p, none},
-    {Hessian, W, LeastSquares, 2, highest_degree, How::LeastSquares, Form::Monomials, c_p, none,
-     Symmetry::None, true},
-    // clang-format on
-});
-
 Scheme scheme_of(const Recipe& row, int degree) {
-  return {row.derivative, row.weight, row.consistency, row.low < row.high ? degree : 0};
+  return {row.derivative, row.weight, row.consistency,
+          named_by_degree(row.consistency) ? degree : 0};
 }
 
 const std::vector<Scheme>& table() {
   static const std::vector<Scheme> all = [] {
     std::vector<Scheme> result;
-    for (const Recipe& row : recipes)
+    for (const Recipe& row : recipes())
       for (int degree = row.low; degree <= row.high; ++degree)
         result.push_back(scheme_of(row, degree));
     return result;
@@ -80,11 +33,19 @@ const std::vector<Scheme>& table() {
 
 /// The row that holds the scheme, or could if it were of another degree; null: none.
 const Recipe* find(const Scheme& scheme) {
-  const auto found = std::ranges::find_if(recipes, [&](const Recipe& row) {
+  const auto found = std::ranges::find_if(recipes(), [&](const Recipe& row) {
     return row.derivative == scheme.derivative && row.weight == scheme.weight &&
            row.consistency == scheme.consistency;
   });
-  return found == recipes.end() ? nullptr : &*found;
+  return found == recipes().end() ? nullptr : &*found;
+}
+
+/// The number of monomials of degree 2.
+int quadratic(int dimension) { return dimension * (dimension + 1) / 2; }
+
+/// Whether conditions of degree 2 alone are met, and then those of degree 1 by way of a gradient.
+bool first_moments_taken_away(const Recipe& row) {
+  return row.how == How::Moments && !row.after.empty();
 }
 
 }  // namespace
@@ -106,18 +67,15 @@ int degree(const Scheme& scheme) {
 }
 
 int unknowns(const Scheme& scheme, int dimension) {
-  return monomials_to(dimension, degree(scheme));
+  const Recipe* const row = find(scheme);
+  return row && first_moments_taken_away(*row)
+             ? quadratic(dimension)
+             : monomials_to(dimension, std::max(0, degree(scheme)));
 }
 
 std::optional<double> support_ratio(const Scheme& scheme) {
   if (!recipe(scheme).brings_support) return std::nullopt;
   return std::max(2.0, degree(scheme) + 0.5);
-}
-
-std::string_view name(Consistency consistency) {
-  return spelling(
-      std::to_array<std::string_view>({"zoc", "foc", "soc", "soc-ls", "positive", "ls"}),
-      consistency);
 }
 
 std::string_view name(Symmetry symmetry) {
@@ -127,14 +85,13 @@ std::string_view name(Symmetry symmetry) {
 
 std::string consistency_name(const Scheme& scheme) {
   std::string result(name(scheme.consistency));
-  if (scheme.least_squares_degree > 0) result += '-' + std::to_string(scheme.least_squares_degree);
+  if (named_by_degree(scheme.consistency)) result += '-' + std::to_string(degree(scheme));
   return result;
 }
 
 std::string name(const Scheme& scheme) {
   std::string result = std::string(name(scheme.derivative)) + '-';
-  const WeightRow& weight = weight_row(scheme.weight);
-  if (weight.in_names) result += std::string(weight.name) + '-';
+  if (named_by_weight(scheme.consistency)) result += std::string(name(scheme.weight)) + '-';
   return result + consistency_name(scheme);
 }
 
@@ -144,6 +101,11 @@ Scheme Scheme::from_name(std::string_view wanted) {
     valid.push_back(name(scheme));
     if (valid.back() == wanted) return scheme;
   }
+  for (const CitedSystem& cited : cited_systems()) {
+    if (cited.equal_to.empty()) continue;
+    valid.emplace_back(cited.name);
+    if (valid.back() == wanted) return cited.equal_to;
+  }
   throw_unknown("scheme", wanted, valid);
 }
 
@@ -151,7 +113,8 @@ std::string formula(const Scheme& scheme) {
   const Recipe& row = recipe(scheme);
   const WeightRow& weight = weight_row(row.weight);
   const std::string_view phi = order(row.derivative) == 1 ? weight.first : weight.second;
-  if (phi.empty()) return std::string(row.factors);
+  if (phi.empty() || (!row.factors.empty() && row.factors.front() != ' '))
+    return std::string(row.factors);
   return "omega_j " + std::string(phi) + std::string(row.factors);
 }
 
@@ -159,6 +122,7 @@ std::string_view conditions(const Scheme& scheme) {
   static constexpr std::array<std::string_view, highest_degree - 2> exact = {
       "exact on polynomials of degree 3", "exact on polynomials of degree 4",
       "exact on polynomials of degree 5", "exact on polynomials of degree 6"};
+  if (const Recipe* const row = find(scheme); row && !row->meets.empty()) return row->meets;
   const int P = degree(scheme);
   return P <= 2 ? target(scheme.derivative).conditions[P] : exact.at(P - 3);
 }
@@ -176,19 +140,34 @@ Equations equations(const Scheme& scheme, int d) {
   const Recipe& row = recipe(scheme);
   const WeightRow& weight = weight_row(row.weight);
   const Target& target = gradpsi::target(row.derivative);
-  const bool constant = row.form == Form::Constant;
-  const int P = constant ? 0 : row.how == How::Given ? 1 : degree(scheme);
-  return {.scheme = scheme,
-          .exact = degree(scheme),
-          .how = row.how,
-          .form = row.form,
-          .degree = P,
-          .unknowns = constant ? 1 : monomials_to(d, P),
-          .phi = weight.phi(target.order, d),
-          .given_power = P - weight.lacks,  // s = r / h gives one h back
-          .order = target.order,
-          .outputs = target.outputs(d),
-          .terms = constant ? std::vector<Term>{{0, 0, 1}} : terms(target, d, P)};
+  const bool without_conditions = row.how == How::Given || row.how == How::Shepard;
+  const bool quadratics_only = first_moments_taken_away(row);
+  const int P = row.form == Form::Constant     ? 0
+                : row.form == Form::Directions ? 2
+                : without_conditions           ? 1
+                : quadratics_only              ? 2
+                                  : std::max(row.how == How::LeastSquares ? 0 : 1, degree(scheme));
+  const int skipped = quadratics_only ? d : 0;
+  Equations result{
+      .scheme = scheme,
+      .exact = degree(scheme),
+      .how = row.how,
+      .form = row.form,
+      .degree = P,
+      .skipped = skipped,
+      .unknowns = row.form == Form::Constant ? 1 : monomials_to(d, P) - skipped,
+      .phi = weight.phi(target.order, d),
+      .fitted = row.fitted,
+      .given_power = (row.form == Form::Monomials) - weight.lacks,  // s = r / h gives one h back
+      .order = target.order,
+      .outputs = target.outputs(d),
+      .diagonal = row.diagonal,
+      .constant = target.of(0, std::vector<int>(d)),
+      .terms = without_conditions ? given_terms(target, row.form, d) : terms(target, d, P),
+      .after = {}};
+  result.phi.damping = row.damping;
+  if (!row.after.empty()) result.after.push_back(equations(row.after, d));
+  return result;
 }
 
 }  // namespace gradpsi

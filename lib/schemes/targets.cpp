@@ -23,7 +23,7 @@ std::pair<int, int> pair(int d, int output) {
 }
 
 // In the order of Derivative.
-constexpr std::array<Target, 3> table = {{
+constexpr std::array<Target, 4> table = {{
     {"gradient",
      1,
      {"row sums 0", "row sums 0, sum G r = I [4]",
@@ -56,6 +56,12 @@ constexpr std::array<Target, 3> table = {{
        if (sum(powers) != 2) return 0.0;
        return a == b ? powers[a] / 2 * 2.0 : 1.0 * powers[a] * powers[b];
      }},
+    {"value",
+     0,
+     {"row sums 1", "row sums 1, sum a r = 0", "row sums 1, sum a r = 0, sum a r r = 0"},
+     [](int) { return 1; },
+     [](int, int) { return std::string(); },
+     [](int, std::span<const int> powers) { return sum(powers) == 0 ? 1.0 : 0.0; }},
 }};
 
 }  // namespace
@@ -72,6 +78,20 @@ std::vector<std::string> components(Derivative derivative, int dimension) {
   const Target& row = target(derivative);
   std::vector<std::string> result(row.outputs(dimension));
   for (int o = 0; o < std::ssize(result); ++o) result[o] = row.component(dimension, o);
+  return result;
+}
+
+std::vector<Term> given_terms(const Target& target, Form form, int d) {
+  if (form == Form::Constant) return {{0, 0, 1}};
+  if (form == Form::Monomials) return terms(target, d, 1);
+  // P. Espanol, M. Revenga, Phys. Rev. E 67, 026705 (2003), with delta_ab = delta_ab sum_c e_c e_c: the trace is
+  // phi, as it is for the Laplacian.
+  std::vector<Term> result;
+  for (int o = 0; o < target.outputs(d); ++o) {
+    const auto [a, b] = pair(d, o);
+    result.push_back({o, d + o, (d + 2) / 2.0});
+    for (int c = 0; a == b && c < d; ++c) result.push_back({o, d + c * d - c * (c - 1) / 2, -0.5});
+  }
   return result;
 }
 

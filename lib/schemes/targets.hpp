@@ -29,4 +29,7 @@ const Target& target(Derivative derivative);
 /// make 0.
 std::vector<Term> terms(const Target& target, int dimension, int degree);
 
+/// What weights without conditions are of the form's functions.
+std::vector<Term> given_terms(const Target& target, Form form, int dimension);
+
 }  // namespace gradpsi

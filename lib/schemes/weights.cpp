@@ -6,19 +6,20 @@ namespace gradpsi {
 namespace {
 
 // In the order of Weight.
-constexpr std::array<WeightRow, 6> table = {{
-    {"direct", true, "(-W'/r)", "(W'' + (d-1) W'/r)",
+constexpr std::array<WeightRow, 7> table = {{
+    {"direct", "(-W'/r)", "(W'' + (d-1) W'/r)",
      [](int order, int d) {
        return order == 1 ? Phi{.dw_over_q = -1} : Phi{.dw_over_q = d - 1.0, .d2w = 1};
      },
      2},
-    {"diffuse", true, "(d W/r^2)", "(2d W/r^2)",
+    {"diffuse", "(d W/r^2)", "(2d W/r^2)",
      [](int order, int d) { return Phi{.w_over_q2 = 1.0 * order * d}; }, 2},
-    {"diffuse-ns", true, "(W/r)", "(2 W/r)",
-     [](int order, int) { return Phi{.w_over_q = 1.0 * order}; }, 1},
-    {"mixed", true, "", "(-2 W'/r)", [](int, int) { return Phi{.dw_over_q = -2}; }, 2},
-    {"kernel", false, "W", "W", [](int, int) { return Phi{.w = 1}; }, 0},
-    {"distance", false, "", "", [](int, int) { return Phi{}; }, 0},
+    {"diffuse-ns", "(W/r)", "(2 W/r)", [](int order, int) { return Phi{.w_over_q = 1.0 * order}; },
+     1},
+    {"mixed", "", "(-2 W'/r)", [](int, int) { return Phi{.dw_over_q = -2}; }, 2},
+    {"kernel", "W", "W", [](int, int) { return Phi{.w = 1}; }, 0},
+    {"distance", "", "", [](int, int) { return Phi{}; }, 0},
+    {"derivatives", "", "", [](int, int) { return Phi{.constant = 1}; }, 0},
 }};
 
 }  // namespace

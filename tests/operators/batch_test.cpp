@@ -57,7 +57,8 @@ TEST_P(VectorCode, AssemblesHigherDegreesAsRowsByThemselves) {
   for (const int d : {1, 2, 3}) {
     const Cloud cloud = periodic(irregular_cloud(d, d == 1 ? 40 : d == 2 ? 14 : 10));
     for (int P = 3; P <= highest_batched_degree(d); ++P)
-      for (const char* derivative : {"gradient-ls-", "laplacian-ls-"}) {
+      for (const char* derivative :
+           {"gradient-ls-", "laplacian-ls-", "gradient-mls-", "hessian-mls-", "value-mls-"}) {
         const Scheme scheme(derivative + std::to_string(P));
         const double support = std::min(1.1 * *support_ratio(scheme) * cloud.spacing(), 0.49);
         const Neighbours near = find_neighbours(cloud, support);

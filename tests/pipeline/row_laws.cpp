@@ -8,13 +8,15 @@
 namespace gradpsi {
 namespace {
 
-void rows_are_finite_and_sum_to_zero(const Operator& op) {
+void rows_are_finite_and_sum_to_the_derivative_of_one(const RandomCase& c, const Operator& op) {
+  const bool value = c.scheme.derivative == Derivative::Value;
   Worst worst;
   for (const SparseMatrix& matrix : op.axes) {
     EXPECT_TRUE(matrix.coeffs().isFinite().all());
     for (int i = 0; i < matrix.rows(); ++i) {
       const Eigen::RowVectorXd row = matrix.row(i);
-      worst.add(std::abs(row.sum()), eps * row.size() * row.cwiseAbs().sum(), i);
+      if (op.rows.degree[i] < 0) continue;
+      worst.add(std::abs(row.sum() - value), eps * row.size() * row.cwiseAbs().sum(), i);
     }
   }
   EXPECT_WITHIN(worst);
@@ -54,6 +56,10 @@ std::vector<std::array<int, 3>> exponents(int d, int most) {
 
 /// In units of the support, where |s| < 1.
 void conditions_are_met(const RandomCase& c, const Operator& op) {
+  // Neighbours of neighbours may be nearer the other way round the box.
+  if (c.scheme.consistency == Consistency::Kgf &&
+      Eigen::Map<const Eigen::Array3d>(c.cloud.box().data()).any())
+    return;
   Worst worst;
   const int d = c.dimension();
   for (int i = 0; i < c.size(); ++i) {
@@ -66,7 +72,7 @@ void conditions_are_met(const RandomCase& c, const Operator& op) {
       double size = 0;
       for (SparseMatrix::InnerIterator entry(op.axes[axis], i); entry; ++entry) {
         const Eigen::VectorXd s = c.displacement(i, static_cast<int>(entry.col()), h);
-        const double a = entry.value() * (order(c.scheme.derivative) == 1 ? h : h * h);
+        const double a = entry.value() * std::pow(h, order(c.scheme.derivative));
         size += std::abs(a);
         std::array<std::array<double, 7>, 3> powers;
         for (int b = 0; b < d; ++b) {
@@ -91,7 +97,7 @@ void conditions_are_met(const RandomCase& c, const Operator& op) {
 
 void a_few_rows_agree_with_the_literal_formula(const RandomCase& c, const Operator& op,
                                                Random& random) {
-  if (degree(c.scheme) > 2 || c.positive() || !c.ordinary_unit) return;
+  if (!has_oracle(c.scheme) || !c.ordinary_unit) return;
   const Cloud cloud(c.cloud.positions(), {.volumes = op.volumes, .box = c.cloud.box()});
   for (int k = 0; k < 3; ++k) {
     const int i = random.below(c.size());
@@ -112,12 +118,15 @@ void weights_have_the_symmetry_promised(const RandomCase& c, const Operator& op)
   if (promised == Symmetry::None || c.supports.size() > 1 || op.rows.degenerate() > 0) return;
   const double sign = promised == Symmetry::Symmetric ? 1 : -1;
   Worst worst;
-  for (const Eigen::MatrixXd& matrix : dense(op))
+  const auto matrices = dense(op);
+  Eigen::MatrixXd size = Eigen::MatrixXd::Zero(c.size(), c.size());  // of what components cancel in
+  for (const Eigen::MatrixXd& matrix : matrices) size += matrix.cwiseAbs();
+  for (const Eigen::MatrixXd& matrix : matrices)
     for (int i = 0; i < c.size(); ++i)
       for (int j = 0; j < i; ++j) {
-        const double a = op.volumes[i] / c.unit * matrix(i, j),
-                     b = op.volumes[j] / c.unit * matrix(j, i);
-        worst.add(std::abs(a - sign * b), 30 * eps * (std::abs(a) + std::abs(b)), i);
+        const double of_i = op.volumes[i] / c.unit, of_j = op.volumes[j] / c.unit;
+        worst.add(std::abs(of_i * matrix(i, j) - sign * of_j * matrix(j, i)),
+                  30 * eps * (of_i * size(i, j) + of_j * size(j, i)), i);
       }
   EXPECT_WITHIN(worst);
 }
@@ -135,7 +144,7 @@ void positive_stencils_are(const RandomCase& c, const Operator& op) {
 }  // namespace
 
 void rows_obey_their_laws(const RandomCase& c, const Operator& op, Random& random) {
-  rows_are_finite_and_sum_to_zero(op);
+  rows_are_finite_and_sum_to_the_derivative_of_one(c, op);
   degrees_are_those_asked_for(c, op);
   conditions_are_met(c, op);
   a_few_rows_agree_with_the_literal_formula(c, op, random);

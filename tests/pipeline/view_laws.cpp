@@ -113,6 +113,7 @@ Eigen::VectorXd costs(const RandomCase& c, const Operator& op) {
 void a_rotation_turns_tensors(const RandomCase& c, const Operator& op, const Eigen::MatrixXd& R,
                               double lost) {
   SCOPED_TRACE(__func__);
+  if (c.scheme.consistency == Consistency::Normalized) return;  // knows axes, not directions
   CloudOptions options = c.cloud_options();
   for (int a = 0; a < c.dimension(); ++a) {  // quarter turns in boxes
     Eigen::Index from;

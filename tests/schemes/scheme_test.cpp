@@ -18,33 +18,66 @@ TEST(Scheme, NineGradientsAndEightLaplaciansAreClassified) {
   EXPECT_EQ(gradients, 9);
 }
 
-TEST(Scheme, ThoseOfAnyDegreeThePositiveOneAndHessiansFollow) {
-  const auto rest = schemes().subspan(classified_schemes().size());
-  std::vector<std::string> names;
-  for (const Scheme& scheme : rest) names.push_back(name(scheme));
-  EXPECT_THAT(names, testing::ElementsAre(
-                         "laplacian-diffuse-soc-ls", "laplacian-diffuse-ns-soc-ls",
-                         "laplacian-mixed-soc-ls", "laplacian-positive", "gradient-ls-1",
-                         "gradient-ls-2", "gradient-ls-3", "gradient-ls-4", "gradient-ls-5",
-                         "gradient-ls-6", "laplacian-ls-2", "laplacian-ls-3", "laplacian-ls-4",
-                         "laplacian-ls-5", "laplacian-ls-6", "hessian-mixed-soc-ls", "hessian-ls-2",
-                         "hessian-ls-3", "hessian-ls-4", "hessian-ls-5", "hessian-ls-6"));
+/// "ls-2", "ls-3", .. of a family.
+std::vector<std::string> family(const std::string& name, int low, int high) {
+  std::vector<std::string> all;
+  for (int P = low; P <= high; ++P) all.push_back(name + std::to_string(P));
+  return all;
 }
 
-// Theory's counts: P, P (P + 3) / 2 and (P + 1) (P + 2) (P + 3) / 6 - 1.
+TEST(Scheme, ThoseOfAnyDegreeThePositiveOneHessiansAndCitedOnesFollow) {
+  std::vector<std::string> expected = {"laplacian-diffuse-soc-ls", "laplacian-diffuse-ns-soc-ls",
+                                       "laplacian-mixed-soc-ls", "laplacian-positive"};
+  const auto expect = [&](const std::vector<std::string>& names) {
+    expected.insert(expected.end(), names.begin(), names.end());
+  };
+  expect(family("gradient-ls-", 1, 6));
+  expect(family("laplacian-ls-", 2, 6));
+  expect({"hessian-direct-zoc", "hessian-direct-soc", "hessian-diffuse-zoc", "hessian-diffuse-soc",
+          "hessian-diffuse-ns-soc", "hessian-mixed-zoc", "hessian-mixed-soc",
+          "hessian-diffuse-soc-ls", "hessian-diffuse-ns-soc-ls", "hessian-mixed-soc-ls"});
+  expect(family("hessian-ls-", 2, 6));
+  expect({"gradient-symmetric", "gradient-normalized", "gradient-fpm"});
+  expect(family("gradient-mls-", 1, 6));
+  expect({"gradient-msph", "gradient-rkpm-1", "gradient-rkpm-2", "laplacian-morris",
+          "laplacian-cspm", "laplacian-icspm", "laplacian-msph"});
+  expect(family("laplacian-mls-", 2, 6));
+  expect({"laplacian-rkpm-2", "laplacian-kgf", "laplacian-kgf-improved", "hessian-icspm",
+          "hessian-msph"});
+  expect(family("hessian-mls-", 2, 6));
+  expect({"hessian-rkpm-2"});
+  expect(family("value-mls-", 0, 6));
+  std::vector<std::string> names;
+  for (const Scheme& scheme : schemes().subspan(classified_schemes().size()))
+    names.push_back(name(scheme));
+  EXPECT_EQ(names, expected);
+}
+
+// Theory's counts: P, P (P + 3) / 2 and (P + 1) (P + 2) (P + 3) / 6 - 1; CSPM has those of degree 2 only.
 TEST(Scheme, HasAsManyUnknownsAsMonomials) {
   for (const Scheme& scheme : schemes()) {
-    const int P = degree(scheme);
+    if (scheme == Scheme("laplacian-cspm")) continue;
+    const int P = std::max(0, degree(scheme));
     EXPECT_EQ(unknowns(scheme, 1), P);
     EXPECT_EQ(unknowns(scheme, 2), P * (P + 3) / 2);
     EXPECT_EQ(unknowns(scheme, 3), (P + 1) * (P + 2) * (P + 3) / 6 - 1);
   }
+  EXPECT_EQ(unknowns("laplacian-cspm", 1), 1);
+  EXPECT_EQ(unknowns("laplacian-cspm", 3), 6);
 }
 
 TEST(Scheme, TheNameLeadsBackToTheScheme) {
   for (const Scheme& scheme : schemes()) EXPECT_EQ(Scheme(name(scheme)), scheme);
   EXPECT_EQ(Scheme("laplacian-diffuse-ns-soc"),
             Scheme(Derivative::Laplacian, Weight::DiffuseNs, Consistency::Soc));
+}
+
+TEST(Scheme, CitedSystemsAreSchemesByOneNameOrAnother) {
+  for (const CitedSystem& cited : cited_systems()) {
+    const Scheme scheme = cited.name;
+    EXPECT_EQ(name(scheme), cited.equal_to.empty() ? cited.name : cited.equal_to);
+  }
+  EXPECT_EQ(Scheme("laplacian-fatehi-manzari"), Scheme("laplacian-mixed-soc"));
 }
 
 TEST(Fault15, AnUnknownSchemeIsAnsweredWithTheNearestFirst) {

@@ -42,18 +42,21 @@ void solve(const BatchPoints& points, const BatchRows& rows, const int* order, i
   const long room = round_up(most_entries, 8);
   Entries<D> row[W];
   for (int r = 0; r < W; ++r) {
-    double* at = memory + r * (D + 4) * room;
+    double* at = memory + r * (D + 5) * room;
     for (int a = 0; a < D; ++a) row[r].s[a] = at, at += room;
     row[r].q = at, at += room;
     row[r].volume = at, at += room;
     row[r].weight = at, at += room;
-    row[r].over = at;
+    row[r].over = at, at += room;
+    row[r].kernel = at;
   }
-  const Workspace work{memory + W * (D + 4) * room, room};
+  const Workspace work{memory + W * (D + 5) * room, room};
+  const Profile own = points.profile(0);
   for (int begin = 0; begin < count; begin += W) {
     Batch<W> batch;
     batch.rows = count - begin < W ? count - begin : W;
     batch.first = begin;
+    batch.own = own;
     for (int r = 0; r < batch.rows; ++r) {
       const int k = order ? order[begin + r] : first + begin + r;
       batch.row[r] = k;

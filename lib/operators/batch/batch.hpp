@@ -34,9 +34,9 @@ struct BatchRows {
   int* neighbours;    // written: how many the rows of this call have, in their order
 };
 
-/// The most matrices of one system, as many as a value has first and second derivatives with the
-/// Laplacian beside them.
-inline constexpr int most_outputs = 10;
+/// The most matrices of one system, as many as a value has first and second derivatives, with the value and
+/// the Laplacian beside them.
+inline constexpr int most_outputs = 11;
 
 /// What is asked of each row: matrices of one system of equations.
 struct BatchSystem {
@@ -44,12 +44,14 @@ struct BatchSystem {
   Form form;
   int degree;  // of the form's functions
   Phi phi;
+  bool fitted;          // functions are centred, the point's own value among those that count
   int given_power;      // How::Given: weights want h to this power as a factor
+  double diagonal;      // what it is times the sum of the others
   double limit;         // least reciprocal condition number of the matrix
   double scaled_limit;  // and of it after scaling its diagonal to 1, where it is definite
   int outputs, term_count;
   double* values[most_outputs];  // of each matrix, entry by entry
-  int orders[most_outputs];      // of its derivative
+  int orders[most_outputs];      // of its derivative; 0: the value, whose rows sum up to 1
   Term terms[2 * most_outputs];
   double* reciprocal_condition;  // one a row, of the matrix as it is
   // Of the rows of this call, in their order, whether the values can be used; others are left half done.
@@ -74,7 +76,7 @@ struct BatchKernels {
 /// Room for W = 8 rows of up to `most_entries` entries, in columns of that length: each row's own, their
 /// weights in all outputs, and the monomials of one of them, up to 34, plain and weighted.
 constexpr long batch_memory(int dimension, int most_entries, int outputs) {
-  const long row = dimension + 4, weights = outputs;
+  const long row = dimension + 5, weights = outputs;
   return (8 * (row + weights) + 2 * 34) * ((most_entries + 7) / 8 * 8);
 }
 

@@ -16,6 +16,7 @@ struct Batch {
   int first;     // of the call's rows
   int row[W];    // k
   int entry[W];  // outer[k]
+  Profile own;   // the kernel's at q = 0
 };
 
 /// A row's neighbours and itself, W at a time, as structure of arrays. Entries without a neighbour, the
@@ -25,8 +26,9 @@ struct Entries {
   int count, padded, diagonal;
   int neighbours;  // within the support
   double h;
-  double *s[D], *q, *volume;  // as in Row
-  double *weight, *over;      // omega_j phi, that / q^2
+  double *s[D], *q, *volume, own_volume;  // as in Row
+  // omega_j phi, that / q^2, unused; of kernel derivatives -omega w'/q, omega (w'' - w'/q) / q^2, omega w
+  double *weight, *over, *kernel;
 };
 
 constexpr int round_up(int n, int W) { return (n + W - 1) / W * W; }
@@ -54,6 +56,7 @@ template <int D>
   }
   row.diagonal = before;
   row.h = points.supports[points.one_support ? 0 : i];
+  row.own_volume = points.volumes[i];
   const auto is_nobody = [&](int k) __attribute__((always_inline)) {
     row.s[0][k] = row.h;
     for (int a = 1; a < D; ++a) row.s[a][k] = 0;
@@ -68,6 +71,8 @@ template <int D, int W>
 [[gnu::always_inline]] inline void scale(const BatchPoints& points, Entries<D>& row) {
   using V = Lanes<W>;
   const double per_h = 1 / row.h;
+  for (int a = 0; a < D; ++a) row.own_volume *= per_h;
+  row.own_volume *= points.normalisation;
   for (int k = 0; k < row.padded; k += W) {
     V squared{};
     V volume = load<W>(row.volume + k);
@@ -116,11 +121,19 @@ template <int D, int W>
   for (int k = 0; k < row.padded; k += W) {
     const V q = load<W>(row.q + k);
     const auto p = profile<W>(points, q);
+    if (system.form == Form::KernelDerivatives) {
+      const V volume = load<W>(row.volume + k);
+      store(row.weight + k, -volume * p.dw_over_q);
+      store(row.over + k, volume * (p.d2w - p.dw_over_q) / (q * q));
+      store(row.kernel + k, volume * p.w);
+      continue;
+    }
     V phi = c.w * p.w + c.dw_over_q * p.dw_over_q + c.d2w * p.d2w;
     if (divides) {
       const V per_q = 1 / q;
       phi += p.w * per_q * (c.w_over_q + c.w_over_q2 * per_q);
     }
+    if (c.damping != 0) phi *= q * q / (q * q + c.damping);
     if (system.how == How::LeastSquares) phi = magnitude(phi);
     const V weight = phi * load<W>(row.volume + k);
     store(row.weight + k, weight);

@@ -63,13 +63,21 @@ template <int W>
   }
 }
 
-/// Adds weight times the combination c of the monomials, in the first columns, to `a`.
+/// The sum over the entries of a column.
+template <int W>
+[[gnu::always_inline]] inline Lanes<W> column_sum(int padded, const double* a) {
+  Lanes<W> sum{};
+  for (int k = 0; k < padded; k += W) sum += load<W>(a + k);
+  return sum;
+}
+
+/// Adds weight times the combination c of the monomials, in the first columns, and of 1 to `a`.
 template <int D, int M, int W>
 [[gnu::always_inline]] inline void combine(Entries<D> row, Workspace work, const Lanes<W>* c,
-                                           int lane, double* a) {
+                                           Lanes<W> c_of_1, int lane, double* a) {
   using V = Lanes<W>;
   for (int k = 0; k < row.padded; k += W) {
-    V s0{}, s1{};
+    V s0 = V{} + c_of_1[lane], s1{};
     int l = 0;
     for (; l + 2 <= M; l += 2) {
       s0 += c[l][lane] * load<W>(work.column(l) + k);
@@ -80,11 +88,28 @@ template <int D, int M, int W>
   }
 }
 
+/// What centres the monomials of W rows: their sums, weighed, and 1 / sum omega W.
+template <int M, int W>
+struct Centre {
+  Lanes<W> sum[M] = {}, per_total = {};
+};
+
+/// Adds up a row's weights and, from the columns behind the monomials, weighed monomials.
+template <int D, int M, int W>
+[[gnu::always_inline]] inline void add_up(Entries<D> row, Profile own, Workspace work, int lane,
+                                          Centre<M, W>& centre) {
+  for (int l = 0; l < M; ++l)
+    centre.sum[l][lane] = sum_of_lanes(column_sum<W>(row.padded, work.column(M + l)));
+  const double total = sum_of_lanes(column_sum<W>(row.padded, row.weight));
+  centre.per_total[lane] = 1 / (total + row.own_volume * own.w);
+}
+
 /// The inverses of the moment matrices of W rows; which of them are good.
 template <int D, int P, int W>
 [[gnu::always_inline]] inline auto inverse_moments(const BatchSystem& system, const Batch<W>& batch,
                                                    const Entries<D>* row, Workspace work,
                                                    LaneMatrix<Lanes<W>, monomial_count<D, P>>& A,
+                                                   Centre<monomial_count<D, P>, W>& centre,
                                                    Lanes<W>& reciprocal) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
@@ -96,6 +121,7 @@ template <int D, int P, int W>
       dot_products<W>(
           row[r].padded, products.count, [&](int n) { return work.column(products.first[n]); },
           [&](int n) { return work.column(M + products.second[n]); }, partial[r]);
+      if (system.fitted) add_up<D, M, W>(row[r], batch.own, work, r, centre);
     } else {
       for (V& sum : partial[r]) sum = V{};
     }
@@ -104,6 +130,8 @@ template <int D, int P, int W>
   for (int c = 0; c < products.count; ++c) moment[c] = sums<W>(&partial[0][c], products.count);
   for (int k = 0; k < M; ++k)
     for (int l = 0; l < M; ++l) A(k, l) = moment[products.moment[k][l]];
+  for (int k = 0; system.fitted && k < M; ++k)
+    for (int l = 0; l < M; ++l) A(k, l) -= centre.sum[k] * (centre.sum[l] * centre.per_total);
   return invert<M, Form::Monomials>(system, A, reciprocal);
 }
 
@@ -114,17 +142,22 @@ double* weights(Workspace work, int outputs, int r, int output) {
 }
 
 /// Weights whose moments are `target`, one column an output: in two rounds, the second for what the moments
-/// of the first still lack.
+/// of the first still lack. Values begin with the mean.
 template <int D, int P, int W>
 [[gnu::always_inline]] inline void fill_weights(
-    const Batch<W>& batch, const Entries<D>* row, Workspace work, int outputs,
+    const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row, Workspace work,
     const LaneMatrix<Lanes<W>, monomial_count<D, P>>& inverse,
+    const Centre<monomial_count<D, P>, W>& centre,
     const Lanes<W> (&target)[most_outputs][monomial_count<D, P>]) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
-  V lacking[most_outputs][M], correction[most_outputs][M], own[M];
+  const int outputs = system.outputs;
+  V lacking[most_outputs][M], correction[most_outputs][M], of_1[most_outputs], own[M];
   for (int o = 0; o < outputs; ++o)
-    for (int l = 0; l < M; ++l) lacking[o][l] = target[o][l];
+    for (int l = 0; l < M; ++l) {
+      lacking[o][l] = target[o][l];
+      if (system.orders[o] == 0) lacking[o][l] -= centre.sum[l] * centre.per_total;
+    }
   for (int round = 0; round < 2; ++round) {
     for (int o = 0; o < outputs; ++o)
       for (int k = 0; k < M; ++k) {
@@ -132,12 +165,17 @@ template <int D, int P, int W>
         for (int l = 0; l < M; ++l) sum += inverse(k, l) * lacking[o][l];
         correction[o][k] = sum;
       }
+    for (int o = 0; o < outputs; ++o) {
+      of_1[o] = round == 0 && system.orders[o] == 0 ? centre.per_total : V{};
+      for (int l = 0; system.fitted && l < M; ++l)
+        of_1[o] -= correction[o][l] * (centre.sum[l] * centre.per_total);
+    }
     for (int r = 0; r < batch.rows; ++r) {
       fill_monomials<D, P, W>(row[r], work, false);
       for (int o = 0; o < outputs; ++o) {
         double* const a = weights<M>(work, outputs, r, o);
         for (int k = 0; round == 0 && k < row[r].padded; ++k) a[k] = 0;
-        combine<D, M, W>(row[r], work, correction[o], r, a);
+        combine<D, M, W>(row[r], work, correction[o], of_1[o], r, a);
         if (round > 0) continue;
         dot_products<W>(
             row[r].padded, M, [&](int) { return a; }, [&](int n) { return work.column(n); }, own);
@@ -149,12 +187,13 @@ template <int D, int P, int W>
 
 /// Copies a row's weights to their place and writes the diagonal. Returns whether all is finite.
 template <int D, int W>
-[[gnu::always_inline]] inline bool write(Entries<D> row, const double* a, double* value) {
+[[gnu::always_inline]] inline bool write(Entries<D> row, const double* a, double constant,
+                                         double* value) {
   Lanes<W> sum{};
   for (int n = 0; n < row.padded; n += W) sum += load<W>(a + n);
   for (int n = 0; n < row.count; ++n) value[n] = a[n];
   const double total = sum_of_lanes(sum);
-  value[row.diagonal] = 0 - total;
+  value[row.diagonal] = constant - total;
   return total - total == 0;
 }
 
@@ -167,19 +206,20 @@ void least_squares(const BatchSystem& system, const Batch<W>& batch, const Entri
   constexpr int M = monomial_count<D, P>;
   const int outputs = system.outputs;
   LaneMatrix<V, M> inverse;
+  Centre<M, W> centre;
   V reciprocal, h = V{} + 1, target[most_outputs][M] = {};
-  const auto good = inverse_moments<D, P, W>(system, batch, row, work, inverse, reciprocal);
+  const auto good = inverse_moments<D, P, W>(system, batch, row, work, inverse, centre, reciprocal);
   for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h;
   for (int t = 0; t < system.term_count; ++t) {
     const Term& term = system.terms[t];
     target[term.output][term.monomial] = term.value / (system.orders[term.output] == 1 ? h : h * h);
   }
-  fill_weights<D, P, W>(batch, row, work, outputs, inverse, target);
+  fill_weights<D, P, W>(system, batch, row, work, inverse, centre, target);
   for (int r = 0; r < batch.rows; ++r) {
     bool solved = good[r] && row[r].neighbours >= M;
     for (int o = 0; o < outputs; ++o)
-      solved &=
-          write<D, W>(row[r], weights<M>(work, outputs, r, o), system.values[o] + batch.entry[r]);
+      solved &= write<D, W>(row[r], weights<M>(work, outputs, r, o), system.orders[o] == 0,
+                            system.values[o] + batch.entry[r]);
     system.solved[batch.first + r] = solved;
     system.reciprocal_condition[batch.row[r]] = reciprocal[r];
   }

@@ -25,7 +25,7 @@ template <int M, Form form, class V>
 [[gnu::always_inline]] inline auto invert(const BatchSystem& system, LaneMatrix<V, M>& A,
                                           V& reciprocal) {
   const V norm = one_norm<M>(A);
-  if constexpr (form == Form::Directions) {
+  if constexpr (form != Form::Monomials) {
     const auto sound = invert_general<M>(A);
     reciprocal = least(1 / (norm * one_norm<M>(A)), V{} + 1);
     return sound & (reciprocal >= system.limit);

@@ -24,25 +24,56 @@ template <int D, int Low, int High, int W>
   for (int c = first; c < size; ++c) sum[c - first] = total[c - first];
 }
 
-/// The moments that a form's matrix is made of: with `weight` degrees 2 to high, with `over` from 3 to 4.
-template <int D, Form form, int P>
+/// Adds up the weights.
+template <int D, int W>
+[[gnu::always_inline]] inline Lanes<W> total(Entries<D> row, const double* weight) {
+  Lanes<W> sum{};
+  for (int k = 0; k < row.padded; k += W) sum += load<W>(weight + k);
+  return sum;
+}
+
+/// The monomials of some degrees, and where their sums begin.
+template <int D>
+struct Degrees {
+  int low, high, begin;
+  constexpr int first() const { return monomials_to(D, low - 1); }
+  constexpr int end() const { return begin + (high < low ? 0 : monomials_to(D, high) - first()); }
+  constexpr int at(int monomial) const { return begin + monomial - first(); }
+};
+
+/// Where a form has its trial functions: whether number l is one of degree 2 that has -W'/r on its diagonal.
+template <int D, Form form>
+constexpr bool has_trace(int l) {
+  for (int a = 0; a < D; ++a)
+    if (form == Form::KernelDerivatives && l == D + a * D - a * (a - 1) / 2) return true;
+  return false;
+}
+
+/// The moments that a form's matrix is made of: with `weight`, with `over`, and if u_i is fitted with W.
+template <int D, Form form, int P, bool fitted>
 struct Moments {
   static constexpr int M = monomial_count<D, P>;
-  static constexpr int high = form == Form::Directions ? 3 : 2 * P;
-  static constexpr int plain = monomial_count<D, high> - D;
-  static constexpr int over =
-      form == Form::Directions ? monomial_count<D, 4> - monomial_count<D, 2> : 0;
-  static constexpr int count = plain + over;
+  static constexpr bool derivatives = form == Form::KernelDerivatives,
+                        monomials_only = form == Form::Monomials;
+  static constexpr Degrees<D> weight = {derivatives || fitted ? 1 : 2,
+                                        monomials_only ? 2 * P
+                                        : P == 1       ? 2
+                                                       : 3,
+                                        0};
+  static constexpr Degrees<D> over = {fitted ? 2 : 3, monomials_only || P == 1 ? 0 : 4,
+                                      weight.end()};
+  static constexpr Degrees<D> kernel = {1, derivatives&& fitted ? P : 0, over.end()};
+  static constexpr int totals = kernel.end();  // of W, of `weight`
+  static constexpr int count = totals + (!fitted ? 0 : derivatives ? 2 : 1);
 
   template <int W>
   [[gnu::always_inline]] static void gather(Entries<D> row, Lanes<W>* sums) {
-    if constexpr (high == 4 && D == 3) {  // all at once would not fit the registers
-      accumulate<D, 2, 3, W>(row, row.weight, sums);
-      accumulate<D, 4, 4, W>(row, row.weight, sums + monomial_count<D, 3> - D);
-    } else {
-      accumulate<D, 2, high, W>(row, row.weight, sums);
-    }
-    if constexpr (over > 0) accumulate<D, 3, 4, W>(row, row.over, sums + plain);
+    add_up<weight.low, weight.high, W>(row, row.weight, sums + weight.begin);
+    if constexpr (over.high > 0) add_up<over.low, over.high, W>(row, row.over, sums + over.begin);
+    if constexpr (kernel.high > 0)
+      add_up<kernel.low, kernel.high, W>(row, row.kernel, sums + kernel.begin);
+    if constexpr (fitted) sums[totals] = total<D, W>(row, derivatives ? row.kernel : row.weight);
+    if constexpr (fitted && derivatives) sums[totals + 1] = total<D, W>(row, row.weight);
   }
 
   template <class V>
@@ -54,20 +85,57 @@ struct Moments {
       } result{};
       for (int k = 0; k < M; ++k)
         for (int l = 0; l < M; ++l)
-          result.at[k][l] = form == Form::Directions && l >= D
-                                ? plain + table.product(k, l) - monomial_count<D, 2>
-                                : table.product(k, l) - D;
+          result.at[k][l] = !monomials_only && l >= D ? over.at(table.product(k, l))
+                                                      : weight.at(table.product(k, l));
       return result;
     }();
     for (int k = 0; k < M; ++k)
-      for (int l = 0; l < M; ++l) A(k, l) = moment[index.at[k][l]];
+      for (int l = 0; l < M; ++l) {
+        A(k, l) = moment[index.at[k][l]];
+        if (has_trace<D, form>(l)) A(k, l) -= moment[weight.at(k)];
+      }
   }
+
+  /// Of the point's own volume and profile, and the sums: the means that are taken away from the functions, of
+  /// weighed monomials times `of_w`, and what that does to the matrix; 1 / sum omega W.
+  template <class V>
+  [[gnu::always_inline]] static V centre(const V* moment, V own_volume, Profile own, V* mean,
+                                         V* of_w, LaneMatrix<V, M>& A) {
+    const V per_sum = 1 / (moment[totals] + own_volume * own.w);
+    for (int l = 0; l < M; ++l) {
+      const bool second = !monomials_only && l >= D;
+      mean[l] = moment[second ? over.at(l) : weight.at(l)];
+      if constexpr (derivatives)
+        if (has_trace<D, form>(l)) mean[l] += own_volume * own.d2w - moment[totals + 1];
+      mean[l] *= per_sum;
+      of_w[l] = moment[derivatives ? kernel.at(l) : weight.at(l)];
+    }
+    for (int k = 0; k < M; ++k)
+      for (int l = 0; l < M; ++l) A(k, l) -= of_w[k] * mean[l];
+    return per_sum;
+  }
+
+ private:
+  template <int low, int high, int W>
+  [[gnu::always_inline]] static void add_up(Entries<D> row, const double* with, Lanes<W>* sums) {
+    if constexpr (high == 4 && D == 3) {  // all at once would not fit the registers
+      accumulate<D, low, 3, W>(row, with, sums);
+      accumulate<D, 4, 4, W>(row, with, sums + monomial_count<D, 3> - monomial_count<D, low - 1>);
+    } else {
+      accumulate<D, low, high, W>(row, with, sums);
+    }
+  }
+};
+
+/// Coefficients of one matrix of a row: of the functions, of W, and what the diagonal has beside their sum.
+struct Coefficients {
+  double c[9], of_w, constant;
 };
 
 /// Writes one row of up to D + 1 matrices, c[o] . t(s_j) weighted, and the diagonals.
 /// Returns whether all is finite.
-template <int D, Form form, int P, int outputs, int W>
-[[gnu::always_inline]] inline bool emit(Entries<D> row, const double (*c)[9],
+template <int D, Form form, int P, bool fitted, int outputs, int W>
+[[gnu::always_inline]] inline bool emit(Entries<D> row, double diagonal, const Coefficients* of,
                                         double* const* value) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
@@ -76,17 +144,22 @@ template <int D, Form form, int P, int outputs, int W>
     V t[M];
     monomials<D, P, W>(row, k, t);
     const V w = load<W>(row.weight + k);
-    for (int l = 0; l < M; ++l)
-      t[l] *= form == Form::Directions && l >= D ? load<W>(row.over + k) : w;
+    for (int l = 0; l < M; ++l) {
+      t[l] *= form != Form::Monomials && l >= D ? load<W>(row.over + k) : w;
+      if (has_trace<D, form>(l)) t[l] -= w;
+    }
 #pragma GCC unroll 4
     for (int o = 0; o < outputs; ++o) {
       // Which of the first two products is rounded before it is summed is as compilers chose when nothing
       // said so: matrices stay the same to the bit.
       const int first = M == 1 ? 0 : M == 2 && outputs == 2 ? 1 - o : 1;
-      V a = as_rounded(c[o][first] * t[first]);
-      if constexpr (M > 1) a += c[o][1 - first] * t[1 - first];
+      const double* const c = of[o].c;
+      V a = as_rounded(c[first] * t[first]);
+      if constexpr (M > 1) a += c[1 - first] * t[1 - first];
 #pragma GCC unroll 9
-      for (int l = 2; l < M; ++l) a += c[o][l] * t[l];
+      for (int l = 2; l < M; ++l) a += c[l] * t[l];
+      if constexpr (fitted)
+        a += of[o].of_w * load<W>((form == Form::KernelDerivatives ? row.kernel : row.weight) + k);
       sum[o] += a;
       if (k + W <= row.count)
         store(value[o] + k, a);
@@ -97,7 +170,7 @@ template <int D, Form form, int P, int outputs, int W>
   double check = 0;
   for (int o = 0; o < outputs; ++o) {
     const double total = sum_of_lanes(sum[o]);
-    value[o][row.diagonal] = 0 - total;
+    value[o][row.diagonal] = of[o].constant + diagonal * total;
     check += total - total;
   }
   return check == 0;
@@ -122,16 +195,16 @@ template <int D, int W>
 }
 
 /// Writes all outputs, D + 1 of them in one pass over the entries.
-template <int D, Form form, int P, int W>
+template <int D, Form form, int P, bool fitted, int W>
 [[gnu::always_inline]] inline bool emit_all(const BatchSystem& system, Entries<D> row,
-                                            const double (*c)[9], int entry) {
+                                            const Coefficients* c, int entry) {
   bool finite = true;
   for (int o = 0; o < system.outputs;) {
     const int left = system.outputs - o;
     double* value[D + 1];
     for (int n = 0; n < left && n <= D; ++n) value[n] = system.values[o + n] + entry;
     const auto several = [&]<int count>() __attribute__((always_inline)) {
-      finite &= emit<D, form, P, count, W>(row, c + o, value);
+      finite &= emit<D, form, P, fitted, count, W>(row, system.diagonal, c + o, value);
       o += count;
     };
     if (left > D)
@@ -157,12 +230,14 @@ void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries
     if (system.form == Form::Constant) {
       finite = emit_weights<D, W>(row[r], factor, system.values[0] + batch.entry[r]);
     } else {
-      double c[most_outputs][9] = {};
+      Coefficients c[most_outputs] = {};
       for (int t = 0; t < system.term_count; ++t) {
         const Term& term = system.terms[t];
-        c[term.output][term.monomial] = factor * term.value;
+        c[term.output].c[term.monomial] += factor * term.value;
       }
-      finite = emit_all<D, Form::Monomials, 1, W>(system, row[r], c, batch.entry[r]);
+      finite = system.form == Form::Monomials
+                   ? emit_all<D, Form::Monomials, 1, false, W>(system, row[r], c, batch.entry[r])
+                   : emit_all<D, Form::Directions, 2, false, W>(system, row[r], c, batch.entry[r]);
     }
     system.solved[batch.first + r] = finite && row[r].neighbours > 0;
     system.reciprocal_condition[batch.row[r]] = 1;
@@ -171,11 +246,11 @@ void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries
 
 namespace {
 
-template <int D, Form form, int P, int W>
+template <int D, Form form, int P, bool fitted, int W>
 [[gnu::always_inline]] inline void corrected_by(const BatchSystem& system, const Batch<W>& batch,
                                                 const Entries<D>* row) {
   using V = Lanes<W>;
-  using System = Moments<D, form, P>;
+  using System = Moments<D, form, P, fitted>;
   constexpr int M = System::M;
   V partial[W][System::count];
   for (int r = 0; r < batch.rows; ++r) System::template gather<W>(row[r], partial[r]);
@@ -185,12 +260,18 @@ template <int D, Form form, int P, int W>
   for (int c = 0; c < System::count; ++c) moment[c] = sums<W>(&partial[0][c], System::count);
   LaneMatrix<V, M> A;
   System::fill(moment, A);
+  if (system.how == How::Normalized)
+    for (int k = 0; k < M; ++k)
+      for (int l = 0; l < M; ++l)
+        if (k != l) A(k, l) = V{};
+  V h = V{} + 1, own_volume = V{} + 1;
+  for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h, own_volume[r] = row[r].own_volume;
+  V mean[M], of_w[M], per_sum;
+  if constexpr (fitted) per_sum = System::centre(moment, own_volume, batch.own, mean, of_w, A);
   V reciprocal;
   const auto good = invert<M, form>(system, A, reciprocal);
 
-  V h = V{} + 1;
-  for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h;
-  V c[most_outputs][9];
+  V c[most_outputs][M], c_of_w[most_outputs];
   for (int o = 0; o < system.outputs; ++o)
     for (int l = 0; l < M; ++l) c[o][l] = -V{};  // -0 + x is x, were it -0
   for (int t = 0; t < system.term_count; ++t) {
@@ -198,16 +279,28 @@ template <int D, Form form, int P, int W>
     for (int l = 0; l < M; ++l) c[term.output][l] += term.value * A(l, term.monomial);
   }
   for (int o = 0; o < system.outputs; ++o) {
-    const V unit = system.orders[o] == 1 ? h : h * h;
+    const bool value = system.orders[o] == 0;
+    if constexpr (fitted)
+      for (int k = 0; value && k < M; ++k)  // what the mean, with which it begins, is off
+        for (int l = 0; l < M; ++l) c[o][l] -= A(l, k) * (of_w[k] * per_sum);
+    const V unit = value ? V{} + 1 : system.orders[o] == 1 ? h : h * h;
     for (int l = 0; l < M; ++l) c[o][l] /= unit;
+    if constexpr (fitted) {
+      c_of_w[o] = value ? per_sum : V{};
+      for (int l = 0; l < M; ++l) c_of_w[o] -= c[o][l] * mean[l];
+    }
   }
   for (int r = 0; r < batch.rows; ++r) {
-    double own[most_outputs][9];
-    for (int o = 0; o < system.outputs; ++o)
-      for (int l = 0; l < M; ++l) own[o][l] = c[o][l][r];
+    Coefficients own[most_outputs];
+    for (int o = 0; o < system.outputs; ++o) {
+      for (int l = 0; l < M; ++l) own[o].c[l] = c[o][l][r];
+      if constexpr (fitted) own[o].of_w = c_of_w[o][r];
+      own[o].constant = system.orders[o] == 0;
+    }
     // With fewer neighbours than unknowns the matrix is singular, rounding or not.
-    system.solved[batch.first + r] = good[r] && row[r].neighbours >= M &&
-                                     emit_all<D, form, P, W>(system, row[r], own, batch.entry[r]);
+    system.solved[batch.first + r] =
+        good[r] && row[r].neighbours >= M &&
+        emit_all<D, form, P, fitted, W>(system, row[r], own, batch.entry[r]);
     system.reciprocal_condition[batch.row[r]] = reciprocal[r];
   }
 }
@@ -216,12 +309,23 @@ template <int D, Form form, int P, int W>
 
 template <int D, int W>
 void corrected(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row) {
+  const bool linear = system.degree == 1;
   if (system.form == Form::Directions)
-    corrected_by<D, Form::Directions, 2, W>(system, batch, row);
-  else if (system.degree == 1)
-    corrected_by<D, Form::Monomials, 1, W>(system, batch, row);
+    corrected_by<D, Form::Directions, 2, false, W>(system, batch, row);
+  else if (system.form == Form::KernelDerivatives && linear)
+    corrected_by<D, Form::KernelDerivatives, 1, true, W>(system, batch, row);
+  else if (system.form == Form::KernelDerivatives && system.fitted)
+    corrected_by<D, Form::KernelDerivatives, 2, true, W>(system, batch, row);
+  else if (system.form == Form::KernelDerivatives)
+    corrected_by<D, Form::KernelDerivatives, 2, false, W>(system, batch, row);
+  else if (system.fitted && linear)
+    corrected_by<D, Form::Monomials, 1, true, W>(system, batch, row);
+  else if (system.fitted)
+    corrected_by<D, Form::Monomials, 2, true, W>(system, batch, row);
+  else if (linear)
+    corrected_by<D, Form::Monomials, 1, false, W>(system, batch, row);
   else
-    corrected_by<D, Form::Monomials, 2, W>(system, batch, row);
+    corrected_by<D, Form::Monomials, 2, false, W>(system, batch, row);
 }
 
 #define INSTANTIATE(D)                                                                         \
