@@ -136,6 +136,7 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& schemes,
                                     const Cloud& cloud, const Neighbours& near,
                                     const AssemblyOptions& options) {
+  if (schemes.empty()) return {};
   check(schemes, cloud, near, options);
   const ChosenRows rows = chosen_rows(options, cloud);
   std::vector<Operator> operators(schemes.size());

@@ -62,6 +62,7 @@ class Moving : public testing::TestWithParam<SchemeAndDimension> {};
 
 TEST_P(Moving, PointsHaveTheRowsOfTheirOwnLists) {
   const auto [scheme, d] = GetParam();
+  if (scheme.consistency == Consistency::Kgf) GTEST_SKIP() << "is assembled anew";
   const Cloud open = irregular_cloud(d, d == 1 ? 53 : d == 2 ? 13 : 7);
   for (const Cloud& cloud : {open, periodic(open)}) {
     const Eigen::VectorXd supports = 0.9 * uneven_supports(cloud);

@@ -4,6 +4,7 @@
 
 #include "base/lanes.hpp"
 #include "operators/batch/batch.hpp"
+#include "operators/batch/profiles.hpp"
 #include "operators/inverse.hpp"
 #include "schemes/monomials.hpp"
 
@@ -88,28 +89,6 @@ template <int D, int W>
     store(row.q + k, q < 1 ? q : all<W>(1));  // rounding can lift a neighbour past the support
     store(row.volume + k, volume * points.normalisation);
   }
-}
-
-template <int W, class... K>
-[[gnu::always_inline]] inline ProfileOf<Lanes<W>> profile(KernelList<K...>, int kernel,
-                                                          Lanes<W> q) {
-  ProfileOf<Lanes<W>> result;
-  int k = 0;
-  static_cast<void>(((kernel == k++ && (result = K::profile(q), true)) || ...));
-  return result;
-}
-
-template <int W>
-[[gnu::always_inline]] inline ProfileOf<Lanes<W>> profile(const BatchPoints& points, Lanes<W> q) {
-  if (points.kernel >= 0) return profile<W>(VectorKernels(), points.kernel, q);
-  double w[W], dw_over_q[W], d2w[W];
-  for (int l = 0; l < W; ++l) {
-    const Profile one = points.profile(q[l]);
-    w[l] = one.w;
-    dw_over_q[l] = one.dw_over_q;
-    d2w[l] = one.d2w;
-  }
-  return {load<W>(w), load<W>(dw_over_q), load<W>(d2w)};
 }
 
 template <int D, int W>
