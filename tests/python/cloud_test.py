@@ -211,7 +211,7 @@ def test_schemes_are_a_table():
         assert gradpsi.Scheme(scheme.name) == scheme
         assert hash(gradpsi.Scheme(scheme.name)) == hash(scheme)
         assert scheme.formula and scheme.conditions
-        assert 0 <= scheme.degree <= 6
+        assert -1 <= scheme.degree <= 6
     mixed = gradpsi.Scheme("laplacian-mixed-soc")
     assert (mixed.weight, mixed.consistency, mixed.degree) == ("mixed", "soc", 2)
     assert (mixed.unknowns(2), mixed.support_ratio, mixed.symmetry) == (5, None, "none")
