@@ -9,7 +9,7 @@
 namespace gradpsi {
 
 /// A system that the paper cites, by its number there. With g = grad W_ij at x_i, W_ab the second derivatives
-/// of W, p the monomials of r_ij up to a degree, and <t> = sum omega t / sum omega W with j = i in both sums, the
+/// of W, p the monomials of r_ij up to a degree, and \<t\> = sum omega t / sum omega W with j = i in both sums, the
 /// rows that the paper's own tables do not have are
 ///
 ///     symmetric     omega_j g (u_j + u_i): conserves, converges to nothing

@@ -16,7 +16,7 @@ class Stability(ProgramTest):
         self.assertEqual(",".join(rows[0]),
                          "scheme,dimension,support_ratio,jitter,walls,seed,points,max_real,min_real,max_imag,"
                          "worst_rcond,worst_amplification,negative_share,error_l2,error_max,bound_max")
-        self.assertEqual(len(rows), 17 * 3 * 2 * 3)
+        self.assertEqual(len(rows), 29 * 3 * 2 * 3)
         for row in rows:
             self.assertTrue(all(np.isfinite(float(x)) for k, x in row.items() if k not in ("scheme", "walls")))
             self.assertLessEqual(float(row["error_max"]), float(row["bound_max"]))
@@ -25,7 +25,7 @@ class Stability(ProgramTest):
         with open(self.path("s") / "forecast.csv") as file:
             told = list(csv.DictReader(file))
         self.assertEqual(len({row["points"] for row in told}), 8)
-        self.assertEqual(len(told), 17 * 2 * (2 * 5 + 3 * 3))
+        self.assertEqual(len(told), 29 * 2 * (2 * 5 + 3 * 3))
         grows = np.array([float(row["rate"]) > float(row["zero"]) for row in told])
         foretold = np.array([row["foretold"] == "1" for row in told])
         certain = np.array([row["certain"] == "1" for row in told])
