@@ -48,23 +48,23 @@ std::string look_closely(const std::filesystem::path& folder, bool quick) {
 
 void run(const StudyOptions& options) {
   create_folder(options.out);
-  const std::string suffix = dimension_suffix(options.dimension, 2);
-  const stability::Study study{options.dimension, options.quick, options.threads};
+  const int dimension = options.dimension.value_or(2);
+  const std::string suffix = dimension_suffix(dimension, 2);
+  const stability::Study study{dimension, options.quick, options.threads};
   Progress progress("matrices");
   const auto show = [&](int done, int total) { progress.show(done, total); };
   const auto found = stability::results(study, show);
   const auto others = foretold::results(study, show);
 
   const std::string table = "stability" + suffix + ".csv";
-  write_text(options.out / table, stability::csv(found, options.dimension));
+  write_text(options.out / table, stability::csv(found, dimension));
   const std::string maps = "stability_map" + suffix + ".csv";
   write_text(options.out / maps, stability::map_csv(found));
-  write_text(options.out / ("forecast" + suffix + ".csv"),
-             foretold::csv(others, options.dimension));
+  write_text(options.out / ("forecast" + suffix + ".csv"), foretold::csv(others, dimension));
   std::string text = stability::growth_table(found) + '\n' + stability::bound_line(found) + '\n' +
                      foretold::table(others) + '\n';
   // What looks at single cases does not depend on the dimension asked for.
-  const bool closely = options.dimension == 2;
+  const bool closely = dimension == 2;
   if (closely) text += look_closely(options.out, options.quick);
   write_text(options.out / ("stability" + suffix + ".txt"),
              provenance(options.threads) + '\n' + text);
@@ -82,9 +82,9 @@ void run(const StudyOptions& options) {
 }  // namespace
 
 std::function<void()> declare_stability(Options& options) {
-  auto study = std::make_shared<StudyOptions>(StudyOptions{.dimension = 2, .threads = 0});
-  study->declare(options, "unit line, square or cube", "Fewer points, supports, jitters and seeds",
-                 "0: as many as there are");
+  auto study = std::make_shared<StudyOptions>(StudyOptions{.threads = 0});
+  study->declare(options, "unit line, square or cube [2]",
+                 "Fewer points, supports, jitters and seeds", "0: as many as there are");
   options.examples("Example: gradpsi stability --quick --out results");
   return [study] { run(*study); };
 }

@@ -82,15 +82,16 @@ struct TradeoffOptions : StudyOptions {
 
 void run(const TradeoffOptions& options) {
   create_folder(options.out);
+  const int dimension = options.dimension.value_or(2);
   const std::string suffix =
-      dimension_suffix(options.dimension, 2) + (options.grading != 1 ? "_graded" : "");
+      dimension_suffix(dimension, 2) + (options.grading != 1 ? "_graded" : "");
   const auto in_out = [&](const std::string& file) { return options.out / file; };
   Progress progress("clouds and supports");
-  const auto found = results({options.dimension, options.quick, options.threads, options.grading},
+  const auto found = results({dimension, options.quick, options.threads, options.grading},
                              [&](int done, int total) { progress.show(done, total); });
   const std::string table = "tradeoff" + suffix + ".csv",
                     fronts = "tradeoff_front" + suffix + ".csv";
-  write_text(in_out(table), csv(found, options.dimension));
+  write_text(in_out(table), csv(found, dimension));
   write_text(in_out(fronts), front_csv(found));
   const std::string text = summary(found);
   write_text(in_out("tradeoff" + suffix + ".txt"), provenance(options.threads) + '\n' + text);
@@ -108,9 +109,9 @@ void run(const TradeoffOptions& options) {
 
 std::function<void()> declare_tradeoff(Options& options) {
   auto study = std::make_shared<TradeoffOptions>();
-  study->dimension = 2;
   study->threads = 1;
-  study->declare(options, "unit line, square or cube", "Two resolutions, two supports, one kernel",
+  study->declare(options, "unit line, square or cube [2]",
+                 "Two resolutions, two supports, one kernel",
                  "Whose times are measured; 0: as many as there are");
   options.number("--grading", study->grading, "G",
                  "Points are drawn together towards the centre, where spacings are so many times\n"

@@ -48,13 +48,36 @@ Exact exact(const TestField& field, const Positions& x) {
     squared += k * k;
   }
   const Eigen::ArrayXd product = values.rowwise().prod();
-  Exact result{field.offset + product, Eigen::MatrixXd(x.rows(), d), -squared * product};
-  for (Eigen::Index a = 0; a < d; ++a) {
-    Eigen::ArrayXXd factors = values;
-    factors.col(a) = slopes.col(a);
-    result.gradient.col(a) = factors.rowwise().prod();
+  Exact result{field.offset + product, Eigen::MatrixXd(x.rows(), d), -squared * product,
+               Eigen::MatrixXd(x.rows(), d * (d + 1) / 2)};
+  for (Eigen::Index a = 0, component = 0; a < d; ++a) {
+    Eigen::ArrayXXd once = values;
+    once.col(a) = slopes.col(a);
+    result.gradient.col(a) = once.rowwise().prod();
+    const double k = field.factors[a].wave_number;
+    result.hessian.col(component++) = -k * k * product;
+    for (Eigen::Index b = a + 1; b < d; ++b) {
+      Eigen::ArrayXXd twice = once;
+      twice.col(b) = slopes.col(b);
+      result.hessian.col(component++) = twice.rowwise().prod();
+    }
   }
   return result;
+}
+
+Eigen::VectorXd errors(Derivative derivative, const Operator& op, const Exact& exact) {
+  // In the order of Derivative.
+  const std::array<Eigen::MatrixXd, 4> all = {exact.gradient, exact.laplacian, exact.hessian,
+                                              exact.u};
+  const Eigen::MatrixXd& should_be = all.at(static_cast<std::size_t>(derivative));
+  const auto names = components(derivative, static_cast<int>(exact.gradient.cols()));
+  Eigen::VectorXd squared = Eigen::VectorXd::Zero(exact.u.size());
+  for (std::size_t a = 0; a < op.axes.size(); ++a) {
+    const bool twice = derivative == Derivative::Hessian && names[a].front() != names[a].back();
+    squared += (twice ? 2 : 1) *
+               (op.axes[a] * exact.u - should_be.col(static_cast<Eigen::Index>(a))).cwiseAbs2();
+  }
+  return squared.cwiseSqrt();
 }
 
 Eigen::MatrixXd derivative_bounds(const TestField& field, const Positions& x,

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <gradpsi/cloud.hpp>
+#include <gradpsi/operator.hpp>
+#include <gradpsi/scheme.hpp>
 
 // The fields that studies differentiate, whose derivatives are known.
 
@@ -37,8 +39,12 @@ struct Exact {
   Eigen::VectorXd u;          ///< n
   Eigen::MatrixXd gradient;   ///< n x d
   Eigen::VectorXd laplacian;  ///< n
+  Eigen::MatrixXd hessian;    ///< n x d(d+1)/2, in the order of components()
 };
 Exact exact(const TestField& field, const Positions& x);
+
+/// The Euclidean norm of what is wrong at each point: of a gradient's components, of all d^2 entries of a Hessian.
+Eigen::VectorXd errors(Derivative derivative, const Operator& op, const Exact& exact);
 
 /// Bounds of the derivatives of order 0 .. `most` within each point's support, as error_bound() takes them:
 /// n x (most + 1). The offset is left out: only differences count.

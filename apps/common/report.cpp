@@ -157,4 +157,16 @@ std::string json(std::span<const Scheme> schemes) {
   return list.dump(2) + "\n";
 }
 
+std::string json(std::span<const CitedSystem> systems) {
+  Json list = Json::array();
+  for (const CitedSystem& system : systems)
+    list.push_back({{"reference", system.reference},
+                    {"name", system.name},
+                    {"system", system.who},
+                    {"formula", formula(system.name)},
+                    {"conditions", conditions(system.name)},
+                    {"equal_to", system.equal_to.empty() ? Json() : Json(system.equal_to)}});
+  return list.dump(2) + "\n";
+}
+
 }  // namespace gradpsi::apps

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <gradpsi/cited.hpp>
 #include <gradpsi/operator.hpp>
 #include <gradpsi/rows.hpp>
 #include <gradpsi/scheme.hpp>
@@ -110,5 +111,6 @@ std::string json(const Report& report);
 
 /// The table of schemes.
 std::string json(std::span<const Scheme> schemes);
+std::string json(std::span<const CitedSystem> systems);
 
 }  // namespace gradpsi::apps

@@ -22,17 +22,6 @@ bool same_curve(const Result& a, const Result& b) {
          a.support_ratio == b.support_ratio;
 }
 
-/// Length of the error vector at each point.
-Eigen::VectorXd errors(const Scheme& scheme, const Operator& op, const Exact& exact) {
-  if (scheme.derivative == Derivative::Laplacian)
-    return (op.matrix() * exact.u - exact.laplacian).cwiseAbs();
-  Eigen::VectorXd squared = Eigen::VectorXd::Zero(exact.u.size());
-  for (std::size_t a = 0; a < op.axes.size(); ++a)
-    squared +=
-        (op.axes[a] * exact.u - exact.gradient.col(static_cast<Eigen::Index>(a))).cwiseAbs2();
-  return squared.cwiseSqrt();
-}
-
 /// Root mean square and maximum over the points of [-half_width, half_width]^d.
 std::pair<double, double> norms(const Eigen::VectorXd& error, const Positions& x,
                                 double half_width) {
@@ -64,7 +53,7 @@ void add_results(const Cloud& cloud, const Exact& derivatives, const Result& com
     Result& result = results.emplace_back(common);
     result.scheme = scheme;
     result.degenerate_rows = op.rows.degenerate();
-    set_norms(result, errors(scheme, op, derivatives), cloud.positions());
+    set_norms(result, errors(scheme.derivative, op, derivatives), cloud.positions());
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <gradpsi/scheme.hpp>
 #include <limits>
 #include <span>
@@ -15,7 +14,6 @@
 
 namespace gradpsi::apps::converge {
 
-inline constexpr std::array support_ratios = {2.5, 3.5, 4.5};
 inline constexpr std::uint64_t seed = 1;
 
 struct Study {

@@ -1,14 +1,18 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <gradpsi/cloud.hpp>
 #include <string_view>
 #include <vector>
 
-// The points that studies look at.
+// The points and supports that studies look at.
 
 namespace gradpsi::apps {
+
+/// Supports of the studies of convergence, in spacings.
+inline constexpr std::array support_ratios = {2.5, 3.5, 4.5};
 
 enum class Arrangement { Regular, Irregular };
 

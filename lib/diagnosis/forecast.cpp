@@ -167,7 +167,8 @@ Suspects suspects(std::vector<Disc> discs) {
 
 /// Looks at small blocks around all suspects, then at larger ones around those where growth is fastest or
 /// decay slowest, and around the foremost suspects: what grows in a small block may be held by what
-/// surrounds it, and the other way round. The first larger one that grows by more than `zero` is enough.
+/// surrounds it, and the other way round. A larger one holds a long row's neighbours and some more. The first
+/// that grows by more than `zero` is enough.
 Look fastest(const Part& part, const Suspects& suspects, double zero) {
   constexpr int small = 30, large = 120, looked_at_again = 4;
   std::vector<Look> looks;
@@ -180,7 +181,8 @@ Look fastest(const Part& part, const Suspects& suspects, double zero) {
     if (std::ranges::find(again, point) == again.end()) again.push_back(point);
   Look result{-1, {}, -std::numeric_limits<double>::infinity()};
   for (const int point : again) {
-    Look larger = look(part, point, large);
+    const auto row = part.A.outerIndexPtr()[point + 1] - part.A.outerIndexPtr()[point];
+    Look larger = look(part, point, std::max(large, static_cast<int>(3 * row / 2)));
     if (larger.rate > result.rate) result = std::move(larger);
     if (result.rate > zero) break;
   }

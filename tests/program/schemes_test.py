@@ -20,6 +20,17 @@ class Schemes(ProgramTest):
         for scheme in json.loads(self.run_program("schemes", "--json")):
             self.assertIn("\n" + scheme["name"] + " ", text)
 
+    def test_what_the_paper_cites(self):
+        known = {s["name"]: s for s in json.loads(self.run_program("schemes", "--json"))}
+        cited = json.loads(self.run_program("schemes", "--cited", "--json"))
+        self.assertEqual({n for s in cited for n in s["reference"].split()}, {f"[{n}]" for n in range(4, 20)})
+        text = self.run_program("schemes", "--cited")
+        for system in cited:
+            self.assertNotEqual(system["name"] in known, system["equal_to"] in known, system)
+            own = known[system["equal_to"] or system["name"]]
+            self.assertEqual((system["formula"], system["conditions"]), (own["formula"], own["conditions"]))
+            self.assertRegex(text, r"\n\[[^\n]* " + system["name"] + " ")
+
     def test_help_and_version(self):
         self.assertIn("assemble", self.run_program("--help"))
         self.assertRegex(self.run_program("--version"), r"^\d+\.\d+\.\d+\n$")
