@@ -32,7 +32,7 @@ BELOW = {
 PUBLIC = {
     "error": "base", "dense": "base", "matrix": "base",
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
-    "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "spmv": "matrix", "solver": "solve",
+    "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "interpolate": "operators", "spmv": "matrix", "solver": "solve",
     "vector_calculus": "calculus",
     "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",

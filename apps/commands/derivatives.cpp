@@ -14,6 +14,7 @@ constexpr Quantity table[] = {
     {"gradient", Derivative::Gradient, {}, "", "grad_"},
     {"laplacian", Derivative::Laplacian, {}, "lap_", nullptr},
     {"hessian", Derivative::Hessian, {}, "", nullptr},
+    {"value", Derivative::Value, {}, "", nullptr},
     {"divergence", Derivative::Gradient, VectorOperator::Divergence, "div_", nullptr},
     {"curl", Derivative::Gradient, VectorOperator::Curl, "curl_", "curl_"},
     {"strain", Derivative::Gradient, VectorOperator::Strain, "strain_", nullptr},
@@ -161,7 +162,8 @@ void add_quantity(const Quantity& what, const std::vector<std::string>& fields,
   }
   const std::string of = vector_name(fields, problem.axes, problem.table);
   add_of(what, u, of, unanswered, threads, problem);
-  problem.table.add_vector(of, by_axis(fields, problem.axes));
+  if (problem.table.has(fields.front()))  // not those of probes
+    problem.table.add_vector(of, by_axis(fields, problem.axes));
 }
 
 }  // namespace gradpsi::apps

@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "commands/derivatives.hpp"
+#include "commands/derive_at.hpp"
 #include "common/outputs.hpp"
 #include "common/remedy.hpp"
 
@@ -16,7 +17,7 @@ using std::filesystem::path;
 
 struct DeriveOptions : OperatorOptions {
   std::string fields, what, rows;
-  path output;
+  path at, output;
 };
 
 /// The points that have something else than 0 in the column; without a column all.
@@ -53,9 +54,21 @@ void assemble_wanted(const DeriveOptions& options, const std::optional<std::vect
   }
 }
 
+/// At probes instead of the points.
+void run_at(const DeriveOptions& options, const Quantity& what,
+            const std::vector<std::string>& fields, const Eigen::MatrixXd& u, const Problem& points,
+            Report& report) {
+  Problem probes = at_probes(options, options.at, points, report);
+  add_quantity(what, fields, u, {}, options.threads, probes);
+  write_and_report(options, report, points.table.has("support"), {options.output},
+                   [&] { write_table(options.output, probes.table); });
+}
+
 void run(const DeriveOptions& options) {
   const Scheme scheme = options.scheme;
   const Quantity& what = quantity(options.what, scheme);
+  if (options.at.empty() && scheme.derivative == Derivative::Value)
+    throw BadUsage("--scheme", name(scheme) + " is for values elsewhere: --at PROBES.csv");
   const std::vector<std::string> fields = field_names(options.fields);
   check_outputs(options, {options.output});
   Report report;
@@ -64,6 +77,7 @@ void run(const DeriveOptions& options) {
   Eigen::MatrixXd u(problem.cloud.size(), std::ssize(fields));
   for (std::size_t c = 0; c < fields.size(); ++c)
     u.col(static_cast<Eigen::Index>(c)) = finite_column(problem.table, problem.cloud, fields[c]);
+  if (!options.at.empty()) return run_at(options, what, fields, u, problem, report);
   const auto rows = wanted_rows(problem, options.rows);
   assemble_wanted(options, rows, problem, report);
   const std::vector<int> unanswered = rows_without_answer(options, problem.op);
@@ -92,26 +106,35 @@ std::function<void()> declare_derive(Options& options) {
             "The columns to differentiate, each by itself; or with --what divergence and the\n"
             "like a vector's components: vx,vy,vz")
       .required();
-  options.choice("--what", wanted->what, quantity_names(), "NAME",
-                 "What is computed, from a scheme of the derivative in brackets: gradient,\n"
-                 "laplacian, hessian of each column [the scheme's own]; of a vector divergence,\n"
-                 "curl, strain (gradient) or grad-div (hessian)");
+  options.choice(
+      "--what", wanted->what, quantity_names(), "NAME",
+      "What is computed, from a scheme of the derivative in brackets: gradient,\n"
+      "laplacian, hessian, value of each column [the scheme's own]; of a vector divergence,\n"
+      "curl, strain (gradient) or grad-div (hessian)");
+  const Option rows =
+      options.text("--rows", wanted->rows, "COLUMN",
+                   "Only at points where this column is not 0; the others, which count as "
+                   "neighbours\nall the same, get nan");
+  Option(rows).check(not_empty);
   options
-      .text("--rows", wanted->rows, "COLUMN",
-            "Only at points where this column is not 0; the others, which count as neighbours\n"
-            "all the same, get nan")
+      .file("--at", wanted->at, "PROBES.csv",
+            "At these places instead of the points, by value-mls-P, gradient-mls-P or the like;\n"
+            "the output has their columns")
+      .excludes(rows)
       .check(not_empty);
-  declare_table_output(options, wanted->output,
-                       "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
-                       "(gradient), lap_FIELD (Laplacian) or FIELD_xx, FIELD_xy, .. (Hessian);\n"
-                       "of a vector v div_v, curl_v (3D: curl_v_x, ..), strain_v_xx, ..,\n"
-                       "grad_div_v_x, ..; a VTU file has vectors as such, too")
+  declare_table_output(
+      options, wanted->output,
+      "OUT.csv or OUT.vtu: the input's columns, and FIELD_x, FIELD_y, FIELD_z\n"
+      "(gradient), lap_FIELD (Laplacian), FIELD_xx, FIELD_xy, .. (Hessian), FIELD (value);\n"
+      "of a vector v div_v, curl_v (3D: curl_v_x, ..), strain_v_xx, ..,\n"
+      "grad_div_v_x, ..; a VTU file has vectors as such, too")
       .required();
   options.examples(
       "Examples:\n"
       "  gradpsi derive points.csv --field T --scheme laplacian-mixed-soc --support-ratio 3 -o "
       "lap.vtu\n"
-      "  gradpsi derive points.csv --field vx,vy --what curl --scheme gradient-ls-2 -o curl.vtu");
+      "  gradpsi derive points.csv --field vx,vy --what curl --scheme gradient-ls-2 -o curl.vtu\n"
+      "  gradpsi derive points.csv --field T --scheme value-mls-2 --at probes.csv -o there.csv");
   return [wanted] { run(*wanted); };
 }
 

@@ -1,7 +1,5 @@
 #include "common/anisotropy.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "common/points.hpp"
+#include "common/principal.hpp"
 
 namespace gradpsi::apps {
 
@@ -18,8 +17,6 @@ namespace {
 constexpr int sample_size = 500, most_rounds = 25;
 constexpr double suspicious = 3, even_enough = 1.5;      // largest over least share of a direction
 constexpr double least_ratio = 3, largest_ratio = 1000;  // that is told
-
-using Solver = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 std::vector<int> sample(int n) {
   std::vector<int> all(n), chosen;
@@ -63,16 +60,15 @@ Shares shares(const Positions& x, const Neighbours& near, const std::vector<int>
 }
 
 double unevenness(const Eigen::MatrixXd& shares) {
-  const Eigen::VectorXd values = Solver(shares).eigenvalues();
+  const Eigen::VectorXd values = principal_axes(shares).values;
   return values.maxCoeff() / std::max(values.minCoeff(), 1e-12);
 }
 
 /// V f(values) V^T
 template <class Function>
 Eigen::MatrixXd function_of(const Eigen::MatrixXd& symmetric, const Function& f) {
-  const Solver solver(symmetric);
-  const Eigen::MatrixXd& V = solver.eigenvectors();
-  return V * solver.eigenvalues().unaryExpr(f).asDiagonal() * V.transpose();
+  const auto [values, V] = principal_axes(symmetric);
+  return V * values.unaryExpr(f).asDiagonal() * V.transpose();
 }
 
 /// The positions times this matrix have spacings alike in all directions; empty if none is found.
@@ -102,12 +98,11 @@ std::optional<Anisotropy> anisotropy(const Cloud& cloud, const Neighbours& near,
   if (unevenness(shares(cloud.positions(), near, points).number) < suspicious) return {};
   const Eigen::MatrixXd stretch = evening_stretch(cloud, points, threads);
   if (stretch.size() == 0) return {};
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(stretch, Eigen::ComputeFullU);
-  const Eigen::VectorXd factors = svd.singularValues();
-  const double ratio = factors[0] / factors[d - 1];
+  const auto [squares, axes] = principal_axes(stretch * stretch.transpose());
+  const double ratio = std::sqrt(squares[d - 1] / squares[0]);
   if (!(ratio >= least_ratio && ratio <= largest_ratio)) return {};
   const Cloud stretched(Positions(cloud.positions() * stretch));
-  return Anisotropy{ratio, svd.matrixU().col(0), stretched.spacing(threads) / factors[d - 1]};
+  return Anisotropy{ratio, axes.col(d - 1), stretched.spacing(threads) / std::sqrt(squares[0])};
 }
 
 std::string words(const Anisotropy& found, const std::string& axes) {

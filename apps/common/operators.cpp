@@ -92,8 +92,7 @@ void warn(const Notes& warnings, Report& report) {
   }
 }
 
-void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
-  Stopwatch watch;
+Eigen::VectorXd supports(const OperatorOptions& options, const Problem& problem) {
   const bool empty = problem.cloud.size() == 0;  // no rows, no supports
   const Cloud& cloud = problem.cloud;
   const DenseVector one = DenseVector::Ones(1);
@@ -106,20 +105,27 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
       .spacing = [&] { return empty ? one : spacing(); },
       .kth_nearest =
           [&](int k) { return empty ? one : kth_nearest_distances(cloud, k, options.threads); }};
-  const Eigen::VectorXd h = supports(options, problem.table, lie);
+  return supports(options, problem.table, lie);
+}
+
+void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
+  Stopwatch watch;
+  const Eigen::VectorXd h = supports(options, problem);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
   warn(warnings(problem.cloud, problem.near, options.threads), report);
-  if (const auto found = anisotropy(cloud, problem.near, options.threads))
+  if (const auto found = anisotropy(problem.cloud, problem.near, options.threads))
     warn({words(*found, problem.axes)}, report);
   report.seconds.search = watch.lap();
 }
 
 namespace {
 
-NeighbourCounts neighbour_counts(const Neighbours& near) {
-  if (near.size() == 0) return {};
-  std::vector<double> counts(near.size());
-  for (int i = 0; i < near.size(); ++i) counts[i] = near.count(i);
+/// Of all points; without their lists, as for probes, of the rows.
+NeighbourCounts neighbour_counts(const Neighbours& near, const RowReport& rows) {
+  std::vector<double> counts;
+  if (near.offsets.size() == 0) counts.assign(rows.neighbours.begin(), rows.neighbours.end());
+  for (int i = 0; i < near.size(); ++i) counts.push_back(near.count(i));
+  if (counts.empty()) return {};
   const auto [least, most] = std::ranges::minmax(counts);
   return {static_cast<int>(least), median(counts), static_cast<int>(most)};
 }
@@ -146,7 +152,7 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
   if (!op.points.empty()) report.rows = op.matrix().rows();
   report.supports_differ = problem.near.supports.size() > 1;
   report.entries = op.matrix().nonZeros();
-  report.neighbours = neighbour_counts(problem.near);
+  report.neighbours = neighbour_counts(problem.near, op.rows);
   report.degenerate = degenerate_rows(op, problem.cloud);
   report.degenerate_rows = report.degenerate.count();
   if (Eigen::Index worst; op.rows.reciprocal_condition.size() > 0) {

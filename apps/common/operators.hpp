@@ -52,10 +52,13 @@ Problem read_problem(const PointOptions& options, Report& report);
 /// Prints warnings on standard error and keeps them for the report.
 void warn(const Notes& warnings, Report& report);
 
+/// One support for all points, or one for each.
+Eigen::VectorXd supports(const OperatorOptions& options, const Problem& problem);
+
 /// Finds the neighbours, and warns on standard error of what about the points deserves it.
 void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report);
 
-/// Reports an operator of all points.
+/// Reports an operator of all points, or of some, or of probes.
 void describe(const Operator& op, const Problem& problem, Report& report);
 
 /// Finds the neighbours and assembles the operator.

@@ -97,7 +97,9 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
   std::cout << options.scheme << ": " << (report.rows ? std::to_string(*report.rows) + " of " : "")
-            << report.points << " points, " << report.entries << " entries a matrix, "
+            << report.points << " points, "
+            << (report.probes ? std::to_string(*report.probes) + " probes, " : "") << report.entries
+            << " entries a matrix, "
             << (report.degenerate.zero > 0
                     ? count(report.degenerate.zero, "row") + " zero for want of an answer, "
                     : "")
@@ -114,7 +116,7 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
               << " after scaling by volume; with --symmetric-support it is\n";
   if (Scheme(options.scheme).consistency != Consistency::Zoc && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition
-              << ", at point " << report.worst->point << '\n';
+              << (report.probes ? ", at probe " : ", at point ") << report.worst->point << '\n';
   if (report.degenerate.count() > 0) print_degenerate(report.degenerate);
   return true;
 }

@@ -1,6 +1,5 @@
 #include "common/remedy.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +9,7 @@
 
 #include "common/anisotropy.hpp"
 #include "common/median.hpp"
+#include "common/principal.hpp"
 
 namespace gradpsi::apps {
 
@@ -44,8 +44,7 @@ std::vector<int> some_of(const std::vector<int>& points) {
 /// The shortest extent of points over the longest, as their covariance has it.
 double thickness(const Eigen::MatrixXd& x) {
   const Eigen::MatrixXd centred = x.rowwise() - x.colwise().mean();
-  const Eigen::VectorXd squares =
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(centred.transpose() * centred).eigenvalues();
+  const Eigen::VectorXd squares = principal_axes(centred.transpose() * centred).values;
   return std::sqrt(std::max(0.0, squares[0]) / squares[squares.size() - 1]);
 }
 

@@ -136,6 +136,7 @@ std::string json(const Report& report) {
                  {"peak_bytes", report.peak_bytes},
                  {"threads", report.threads}};
   if (report.processes) result["processes"] = *report.processes;
+  if (report.probes) result["probes"] = *report.probes;
   if (!report.warnings.empty()) result["warnings"] = report.warnings;
   if (report.degenerate.count() > 0) result["degenerate"] = value(report.degenerate);
   if (report.inspection) result["inspection"] = value(*report.inspection);

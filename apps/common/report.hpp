@@ -98,6 +98,7 @@ struct Report {
   std::int64_t dropped_points = 0, peak_bytes = 0;
   int threads = 0;
   std::optional<int> processes;
+  std::optional<std::int64_t> probes;
   std::vector<std::string> warnings;
   DegenerateRows degenerate;
   std::optional<Inspection> inspection;

@@ -32,7 +32,8 @@ struct AssemblyOptions {
 /// The derivative operator of `scheme` on `cloud`.
 ///
 /// Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i), G_ij or psi_ij of Scheme; the diagonal is
-/// minus the sum of the others, so rows sum to zero. Each matrix is n x n (options.rows: m x n),
+/// minus the sum of the others, so rows sum to zero: all but those of gradient-symmetric and of values,
+/// whose rows sum to 1. Each matrix is n x n (options.rows: m x n),
 /// compressed, columns ascending, with the pattern of `near` plus the diagonal; widened rows have
 /// more entries, positive stencils only those that are not zero. Gradient entries are 1/length,
 /// Laplacian entries 1/length^2.

@@ -17,6 +17,7 @@
 #include "gradpsi/dense.hpp"
 #include "gradpsi/diffusion.hpp"
 #include "gradpsi/error.hpp"
+#include "gradpsi/interpolate.hpp"
 #include "gradpsi/io.hpp"
 #include "gradpsi/kernel.hpp"
 #include "gradpsi/matrix.hpp"

@@ -135,7 +135,7 @@ std::vector<Operator> assemble(const std::vector<Scheme>& schemes, const Cloud& 
 
 std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& schemes,
                                     const Cloud& cloud, const Neighbours& near,
-                                    const AssemblyOptions& options) {
+                                    const AssemblyOptions& options, const DenseVector& volumes) {
   if (schemes.empty()) return {};
   check(schemes, cloud, near, options);
   const ChosenRows rows = chosen_rows(options, cloud);
@@ -152,6 +152,7 @@ std::vector<Operator> assemble_with(const Cpu* cpu, const std::vector<Scheme>& s
     prepare(requests.back().steps.front(), cloud, near, rows, first ? &first->axes[0] : nullptr,
             options, operators[r]);
     operators[r].volumes = first                 ? first->volumes
+                           : volumes.size() > 0  ? volumes
                            : cloud.has_volumes() ? cloud.volumes()
                                                  : measures(cloud, near, options);
   }

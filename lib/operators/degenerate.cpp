@@ -26,7 +26,7 @@ RowReport empty_report(int rows) {
 }
 
 void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
-                         const Operator& op) {
+                         const Operator& op, const std::string& what) {
   const RowReport& report = op.rows;
   const int count = report.degenerate();
   if (count == 0) return;
@@ -46,7 +46,7 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
       : rcond > checked_below                        ? "its weights are not finite"
       : rcond >= singular_below ? "rounding makes its weights miss their conditions"
                                 : "its moment system is singular";
-  throw StencilError(name(scheme) + " cannot be computed at point " +
+  throw StencilError(name(scheme) + " cannot be computed at " + what + ' ' +
                          std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +
                          why + " (" + std::to_string(neighbours) +
                          " neighbours, reciprocal condition number " + shortest(rcond) + "); " +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "gradpsi/assemble.hpp"
@@ -30,8 +31,8 @@ void solve_row(AnyRow& row, const std::vector<Equations>& steps, RowReport& repo
   }
 }
 
-/// Throws StencilError for the first degenerate row.
+/// Throws StencilError for the first degenerate row, which is that of a `what`.
 void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,
-                         const Operator& op);
+                         const Operator& op, const std::string& what = "point");
 
 }  // namespace gradpsi

@@ -74,6 +74,16 @@ SparseMatrix sparse(const py::object& A, std::string_view name);
 /// The scheme, or the one of that name.
 Scheme scheme(const py::object& x);
 
+/// What call(a Scheme) makes of one, or call(Schemes) of a sequence.
+template <class Call>
+py::object one_or_more(const py::object& what, const Call& call) {
+  if (py::isinstance<py::str>(what) || !py::isinstance<py::sequence>(what))
+    return py::cast(call(scheme(what)));
+  std::vector<Scheme> schemes;
+  for (const py::handle each : what) schemes.push_back(scheme(py::cast<py::object>(each)));
+  return py::cast(call(schemes));
+}
+
 /// The value of that name.
 /// @throws InvalidInput  listing the valid names, nearest spelling first
 template <class Value, std::size_t n>
@@ -110,6 +120,7 @@ py::object csr(SparseMatrix&& A);
 /// The stages.
 void bind_cloud(py::module_& m);
 void bind_diagnosis(py::module_& m);
+void bind_interpolate(py::module_& m);
 void bind_io(py::module_& m);
 void bind_operator(py::module_& m);
 void bind_scheme(py::module_& m);

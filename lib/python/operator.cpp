@@ -29,13 +29,9 @@ py::object assemble_one_or_more(const py::object& what, const Cloud& cloud, cons
                                 const ArrayLike& rows, bool on_surface, int threads) {
   const AssemblyOptions options =
       assembly_options(cloud, kernel, on_degenerate, rows, on_surface, threads);
-  if (py::isinstance<py::str>(what) || !py::isinstance<py::sequence>(what)) {
-    const Scheme one = scheme(what);
-    return py::cast(without_gil([&] { return assemble(one, cloud, near, options); }));
-  }
-  std::vector<Scheme> schemes;
-  for (const py::handle each : what) schemes.push_back(scheme(py::cast<py::object>(each)));
-  return py::cast(without_gil([&] { return assemble(schemes, cloud, near, options); }));
+  return one_or_more(what, [&](const auto& wanted) {
+    return without_gil([&] { return assemble(wanted, cloud, near, options); });
+  });
 }
 
 void assemble_again(const SchemeLike& what, const Cloud& cloud, const Neighbours& near,
@@ -138,7 +134,7 @@ constexpr auto assemble_doc =
 then).
 
 Row i holds a_ij with (L u)_i = sum_j a_ij (u_j - u_i); the diagonal is minus the sum of the
-others, so rows sum to zero. Matrices are n x n, with the pattern of `near` plus the diagonal.
+others, so rows sum to zero (but for gradient-symmetric and values). Matrices are n x n, with the pattern of `near` plus the diagonal.
 Gradient entries are in 1/length, Laplacian entries in 1/length^2. With one support, zoc
 Laplacians are symmetric after scaling by volume and, but for direct, negative semi-definite;
 corrected matrices are neither.

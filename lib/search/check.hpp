@@ -8,4 +8,8 @@ namespace gradpsi {
 /// than its skin allows.
 void check_match(const Cloud& cloud, const Neighbours& near, int threads);
 
+/// Throws InvalidInput unless there is one support for all or one for each point, each > 0, finite, and at most
+/// half a periodic box.
+void check_supports(const Cloud& cloud, const VectorView& supports);
+
 }  // namespace gradpsi

@@ -44,7 +44,18 @@ Box<D> box_around(const Tree<D>& tree, Leaf leaf, double reach) {
 
 template <int D>
 void LeafSearch<D>::gather(const Tree<D>& tree, Leaf leaf, double reach) {
-  const Box<D> box = box_around(tree, leaf, reach);
+  gather(tree, box_around(tree, leaf, reach));
+}
+
+template <int D>
+void LeafSearch<D>::gather(const Tree<D>& tree, const Point<D>& x, double reach) {
+  Box<D> box{x, x};
+  for (int a = 0; a < D; ++a) box.low[a] -= reach, box.high[a] += reach;
+  gather(tree, box);
+}
+
+template <int D>
+void LeafSearch<D>::gather(const Tree<D>& tree, const Box<D>& box) {
   count_ = 0;
   runs_.assign(1, 0);
   periodic_ = false;
@@ -90,6 +101,29 @@ typename LeafSearch<D>::Found LeafSearch<D>::select(const Point<D>& x, double su
   // At half a box, rounding can let two images of the same point pass.
   if (periodic_) count = static_cast<int>(std::unique(found, found + count) - found);
   return {coincident > 1 ? 0 : count, coincident > 1};
+}
+
+template <int D>
+int LeafSearch<D>::select_all(const Point<D>& x, double support, int* found) const {
+  int count = 0;
+  for (int c = 0; c < count_; ++c) {
+    const int number = candidates_.number[c];
+    const bool again = count > 0 && found[count - 1] == number;  // another image
+    if (!again && squared_distance(x, c) < support * support) found[count++] = number;
+  }
+  return count;
+}
+
+template <int D>
+typename LeafSearch<D>::Nearest LeafSearch<D>::nearest(const Point<D>& x) const {
+  Nearest result{-1, infinity};
+  for (int c = 0; c < count_; ++c) {
+    const double squared = squared_distance(x, c);
+    const int number = candidates_.number[c];
+    if (squared < result.squared || (squared == result.squared && number < result.number))
+      result = {number, squared};
+  }
+  return result;
 }
 
 template <int D>

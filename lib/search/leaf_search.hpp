@@ -15,6 +15,8 @@ class LeafSearch {
  public:
   /// Candidates, in no order, for those of the points from leaf.begin to leaf.end.
   void gather(const Tree<D>& tree, Leaf leaf, double reach);
+  /// The same for a place.
+  void gather(const Tree<D>& tree, const Point<D>& x, double reach);
   /// Sorts the candidates by number.
   void sort();
 
@@ -27,6 +29,15 @@ class LeafSearch {
   /// Writes the neighbours of the point at x, in the candidates' order, unless another point has no
   /// distance from it.
   Found select(const Point<D>& x, double support, int* found) const;
+  /// Writes the candidates nearer to x than `support`, in their order, one that is there among them; returns how
+  /// many.
+  int select_all(const Point<D>& x, double support, int* found) const;
+  struct Nearest {
+    int number;
+    double squared;  // distance
+  };
+  /// The candidate nearest to x, of several the one of least number; infinitely far if there is none.
+  Nearest nearest(const Point<D>& x) const;
   /// The least squared distance of point i, at x, from another one; infinity if there is none.
   double nearest_squared(int i, const Point<D>& x) const;
   /// The count-th least one, if it is within the reach of gather(); else infinity.
@@ -34,6 +45,7 @@ class LeafSearch {
 
  private:
   void make_room(int more);
+  void gather(const Tree<D>& tree, const Box<D>& box);
   void gather(const Tree<D>& tree, const Box<D>& box, const Point<D>& shift);
   void merge(int begin, int middle, int end);
   double squared_distance(const Point<D>& x, int c) const;

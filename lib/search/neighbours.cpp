@@ -17,15 +17,13 @@
 #include "base/text.hpp"
 #include "cloud/points.hpp"
 #include "gradpsi/error.hpp"
+#include "search/check.hpp"
 #include "search/leaf_search.hpp"
 #include "search/search.hpp"
 #include "search/tree.hpp"
 #include "search/within.hpp"
 
 namespace gradpsi {
-namespace {
-
-constexpr int leaves_for_estimate = 64;
 
 void check_supports(const Cloud& cloud, const VectorView& supports) {
   if (supports.size() != 1 && supports.size() != cloud.size())
@@ -44,6 +42,10 @@ void check_supports(const Cloud& cloud, const VectorView& supports) {
                            ": points would meet two images of the same neighbour");
   }
 }
+
+namespace {
+
+constexpr int leaves_for_estimate = 64;
 
 [[noreturn]] void throw_coincident(const Cloud& cloud, double support) {
   const Coincidences all = coincidences(cloud);
@@ -254,7 +256,7 @@ Neighbours around(const Cloud& cloud, const std::vector<int>& points, const Vect
     for (int k = begin; k < end; ++k) {
       const int at = place[points[k]];
       const double support = tree.to_units(supports[k]);
-      search.gather(tree, {at, at + 1}, support);
+      search.gather(tree, Leaf{at, at + 1}, support);
       search.sort();
       rows[k].resize(search.most());
       rows[k].resize(search.select(tree.point(at), support, rows[k].data()).count);

@@ -60,6 +60,9 @@ class Tree {
     return x;
   }
 
+  /// Some points in these units, in the box where it is periodic.
+  std::vector<Point<D>> scaled(const Cloud& cloud, int threads) const;
+
   /// Leaves that can hold points of the box, in tree order, in place of what is in `found`. `cells` is
   /// memory that can be used again.
   void leaves_in(const Box<D>& box, std::vector<int>& cells, std::vector<Leaf>& found) const;
@@ -68,7 +71,6 @@ class Tree {
   class Block;
 
   std::vector<Point<D>> scaled(const Cloud& cloud, const Positions& positions, int threads) const;
-  std::vector<Point<D>> scaled(const Cloud& cloud, int threads) const;
   void build(const std::vector<Point<D>>& points, int c, std::vector<Leaf>& leaves);
 
   int exponent_;

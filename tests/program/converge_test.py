@@ -81,8 +81,8 @@ class Converge(ProgramTest):
             self.assertIn(scheme, text)
         for name in ["cited_gradient.svg", "cited_gradient.png", "cited_laplacian.svg", "cited_laplacian.png"]:
             self.assertGreater(self.path("out/" + name).stat().st_size, 10_000)
-        self.run_program("converge", "--cited", "--dimension", 3, "--quick", "--out", self.path("out"))
-        self.assertTrue(self.path("out/cited_laplacian_3d.png").exists())
+        self.run_program("converge", "--cited", "--dimension", 1, "--quick", "--out", self.path("out"))
+        self.assertTrue(self.path("out/cited_laplacian_1d.png").exists())
 
     def test_the_study_is_reproducible(self):
         tables = []

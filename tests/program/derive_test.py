@@ -1,5 +1,6 @@
 """gradpsi derive."""
 
+import json
 import re
 import unittest
 
@@ -219,6 +220,53 @@ class Derive(ProgramTest):
         self.assertEqual(np.flatnonzero(np.isnan(self.read_csv("g.csv")["T_x"])).tolist(), [*range(100, 111)])
         error = self.run_program("derive", points, *bare, "--rows", "nowhere", expect=1)
         self.assertIn("column 'nowhere' is 0 at all points", error)
+
+    def test_values_and_derivatives_at_probes(self):
+        points = self.square(u=lambda x, y: x * x - 3 * x * y + 2 * y, v=lambda x, y: y * y)
+        x, y = np.random.default_rng(4).random((2, 30)) * 0.9 + 0.05
+        probes = self.write_points({"name": np.arange(30.0), "x": x, "y": y}, "probes.csv")
+        exact = {"value": {"u": x * x - 3 * x * y + 2 * y, "v": y * y}, "laplacian": {"lap_u": 2, "lap_v": 2},
+                 "gradient": {"u_x": 2 * x - 3 * y, "u_y": 2 - 3 * x, "v_x": 0, "v_y": 2 * y},
+                 "hessian": {"u_xx": 2, "u_xy": -3, "u_yy": 0, "v_xx": 0, "v_xy": 0, "v_yy": 2}}
+        for derivative, columns in exact.items():
+            text = self.run_program("derive", points, "--field", "u,v", "--scheme", derivative + "-mls-2", "--at", probes,
+                                    "-o", self.path("there.csv"), "--report", self.path("r.json"))
+            self.assertIn("144 points, 30 probes, ", text)
+            there = self.read_csv("there.csv")
+            self.assertEqual(list(there), ["name", "x", "y", *columns])
+            for column, value in columns.items():
+                np.testing.assert_allclose(there[column], value + 0 * x, atol=1e-8)
+            report = json.loads(self.path("r.json").read_text())
+            self.assertEqual((report["points"], report["probes"]), (144, 30))
+            self.assertGreater(report["neighbours"]["min"], 5)
+        self.run_program("derive", points, "--field", "u,v", "--what", "divergence", "--scheme", "gradient-mls-2", "--at",
+                         probes, "-o", self.path("there.vtu"))
+        data = meshio.read(self.path("there.vtu")).point_data
+        np.testing.assert_allclose(data["div_u_v"], 2 * x - 3 * y + 2 * y, atol=1e-8)
+
+    def test_probes_that_cannot_be_are_refused(self):
+        points = self.square(u=lambda x, y: x)
+        x = np.array([0.5, 2.0, 0.3])
+        probes = self.write_points({"x": x, "y": x}, "probes.csv")
+        bare = ["derive", points, "--field", "u", "--at", probes, "-o", self.path("there.csv")]
+        error = self.run_program(*bare, "--scheme", "value-mls-1", expect=1)
+        self.assertRegex(error, r"1 of 3 probes is outside the cloud.*: probe 1 at \(2, 2\), 1\.4\d from point 143")
+        self.assertIn("gradient-mls-P", self.run_program(*bare, "--scheme", "gradient-ls-1", "--support", 0.3, expect=1))
+        for wrong, option in [(["--on-degenerate", "zero"], "--on-degenerate"), (["--on-surface"], "--on-surface"),
+                              (["--rows", "u"], "--rows"), (["--symmetric-support"], "--symmetric-support")]:
+            self.assertIn(option, self.run_program(*bare, "--scheme", "value-mls-1", *wrong, expect=2))
+        error = self.run_program("derive", points, "--field", "u", "--scheme", "value-mls-1", "-o", self.path("o.csv"),
+                                 expect=2)
+        self.assertIn("--at PROBES.csv", error)
+        self.assertFalse(self.path("there.csv").exists())
+        flat = self.write_points({"x": [0, 1, 2, 3.], "y": [1.] * 4, "u": [0, 1, 2, 3.]}, "flat.csv")
+        for height, expect in [(1, 0), (1.5, 1)]:
+            probes = self.write_points({"x": [1.5], "y": [float(height)]}, "probes.csv")
+            said = self.run_program("derive", flat, "--field", "u", "--scheme", "value-mls-1", "--at", probes, "-o",
+                                    self.path("there.csv"), expect=expect, warning="points in 1D")
+            if expect:
+                self.assertIn("probe 0 has y = 1.5, all points y = 1", said)
+        self.assertEqual(self.read_csv("there.csv")["u"], 1.5)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ class Help(ProgramTest):
     def test_every_help_shows_an_example_that_runs(self):
         self.square(n=20, T=lambda x, y: np.cos(4 * x + y), wall=lambda x, y: x < 0.1,
                     vx=lambda x, y: y, vy=lambda x, y: np.sin(x))
+        self.path("probes.csv").write_text("x,y\n0.5,0.5\n0.25,0.75\n")
         self.assertGreaterEqual(len(self.commands()), 11)
         examples = self.examples()  # of the program itself; later ones use what it writes
         self.assertTrue(examples)

@@ -180,6 +180,29 @@ def reassemble(
     threads: int = 0,
 ) -> None: ...
 def multiply(op: Operator, u: ArrayLike, threads: int = 0) -> _Doubles: ...
+@overload
+def interpolate(  # type: ignore[misc]  # a str is a sequence of str, too
+    scheme: Scheme | str,
+    cloud: Cloud,
+    probes: ArrayLike,
+    supports: ArrayLike,
+    *,
+    kernel: str = "wendland-c2",
+    threads: int = 0,
+) -> Operator: ...
+@overload
+def interpolate(
+    scheme: Sequence[Scheme | str],
+    cloud: Cloud,
+    probes: ArrayLike,
+    supports: ArrayLike,
+    *,
+    kernel: str = "wendland-c2",
+    threads: int = 0,
+) -> list[Operator]: ...
+def conservative_transfer(
+    value: Operator, probe_volumes: ArrayLike
+) -> scipy.sparse.csr_matrix: ...
 def with_symmetric_supports(
     scheme: Scheme | str, op: Operator, threads: int = 0
 ) -> Operator: ...

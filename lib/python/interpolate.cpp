@@ -1,0 +1,50 @@
+// Values and derivatives between the points.
+
+#include "python/arrays.hpp"
+
+namespace gradpsi::python {
+namespace {
+
+py::object interpolate_one_or_more(const py::object& what, const Cloud& cloud,
+                                   const ArrayLike& probes, const ArrayLike& supports,
+                                   const std::string& of_kernel, int threads) {
+  const Positions x = positions(probes, "probes");
+  const auto one = number(supports, "supports");
+  const DenseVector h = one ? DenseVector::Constant(1, *one) : vector(supports, "supports");
+  const InterpolationOptions options{.kernel = kernel(of_kernel), .threads = threads};
+  return one_or_more(what, [&](const auto& wanted) {
+    return without_gil([&] { return interpolate(wanted, cloud, x, h, options); });
+  });
+}
+
+}  // namespace
+
+void bind_interpolate(py::module_& m) {
+  m.def("interpolate", &interpolate_one_or_more, py::arg("scheme"), py::arg("cloud"),
+        py::arg("probes"), py::arg("supports"), py::kw_only(), py::arg("kernel") = "wendland-c2",
+        py::arg("threads") = 0,
+        R"(Values or derivatives at probes (m x d), which need not be points of the cloud.
+
+The weights are those of a fit around each probe, exact on polynomials of the scheme's degree:
+"value-mls-P" (P = 0: Shepard's), "gradient-mls-P", "laplacian-mls-P", "hessian-mls-P", or a sequence
+of those, then a list. Matrices are m x n: op.matrix @ u are the values.
+supports: lengths as find_neighbours() takes them; a probe has that of the point nearest to it.
+threads: 0: as many as OpenMP offers; the result does not depend on it.
+Raises InvalidInput for probes farther than half the support from all points, naming them with their
+distance, for another scheme, and if a size or a number is out of range; StencilError for the first probe whose
+row cannot be computed.)");
+  m.def(
+      "conservative_transfer",
+      [](const Operator& value, const ArrayLike& probe_volumes) {
+        const DenseVector volumes = vector(probe_volumes, "probe_volumes");
+        return csr(without_gil([&] { return conservative_transfer(value, volumes); }));
+      },
+      py::arg("value"), py::arg("probe_volumes"),
+      R"(The scipy.sparse.csr_matrix, n x m, that brings densities from the probes to the points.
+
+sum(cloud volumes * (R @ u)) = sum(probe_volumes * u) for any u: R is the adjoint of the values at the
+probes. value: interpolate("value-mls-1", cloud, probes, supports).
+Raises InvalidInput if sizes disagree.)");
+}
+
+}  // namespace gradpsi::python

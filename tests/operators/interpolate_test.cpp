@@ -1,0 +1,264 @@
+// Values and derivatives at probes.
+
+#include "gradpsi/interpolate.hpp"
+
+#include <cmath>
+#include <random>
+
+#include "clouds.hpp"
+#include "derivatives.hpp"
+
+namespace gradpsi {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<Scheme> of_degree(int degree) {
+  std::vector<Scheme> result;
+  for (const Scheme& scheme : schemes())
+    if (scheme.consistency == Consistency::Mls && scheme.least_squares_degree == degree)
+      result.push_back(scheme);
+  return result;
+}
+
+Positions random_probes(int dimension, int count) {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Positions x(count, dimension);
+  for (double& coordinate : x.reshaped()) coordinate = uniform(generator);
+  return x;
+}
+
+/// Enough for the degree everywhere.
+double support(const Cloud& cloud, int degree) {
+  return std::max(rich_support(cloud), (degree + 1.5) * cloud.spacing());
+}
+
+/// Expects rows that agree to the rounding of sums in another order, in systems of that condition.
+void expect_close(const Eigen::VectorXd& row, const Eigen::VectorXd& expected,
+                  double reciprocal_condition, const std::string& what) {
+  const double tolerance = 64 * 2.2e-16 / std::max(reciprocal_condition, 1e-9);
+  EXPECT_LE((row - expected).lpNorm<Eigen::Infinity>(),
+            tolerance * expected.lpNorm<Eigen::Infinity>())
+      << what;
+}
+
+TEST(Interpolate, IsExactOnPolynomialsOfTheDegree) {
+  for (const int d : {1, 2, 3})
+    for (const int degree : {0, 1, 2, 3, 4}) {
+      if (d == 3 && degree > 3) continue;
+      const Cloud cloud = irregular_cloud(d, d == 1 ? 40 : d == 2 ? 16 : 11);
+      Positions probes = random_probes(d, 40);
+      probes.row(7) = cloud.positions().row(5);  // a point among them
+      const double h = support(cloud, degree);
+      const std::vector<Scheme> all = of_degree(degree);
+      const auto operators = interpolate(all, cloud, probes, Eigen::VectorXd::Constant(1, h));
+      ASSERT_EQ(operators.size(), all.size());
+      // (k . x)^degree, whose derivatives are those of a power.
+      const Eigen::VectorXd k = Eigen::VectorXd::LinSpaced(d, 0.7, 1.2);
+      const Eigen::VectorXd u = (cloud.positions() * k).array().pow(degree);
+      for (std::size_t r = 0; r < all.size(); ++r) {
+        const auto matrices = partials(all[r].derivative, d);
+        ASSERT_EQ(operators[r].axes.size(), matrices.size());
+        for (std::size_t a = 0; a < matrices.size(); ++a) {
+          Eigen::VectorXd expected = Eigen::VectorXd::Zero(probes.rows());
+          for (const Eigen::VectorXi& partial : matrices[a]) {
+            const int order = partial.sum();
+            double factor = 1;
+            for (int n = 0; n < order; ++n) factor *= degree - n;
+            for (int b = 0; b < d; ++b) factor *= std::pow(k[b], partial[b]);
+            if (order <= degree)
+              expected.array() += factor * (probes * k).array().pow(degree - order);
+          }
+          const SparseMatrix& A = operators[r].axes[a];
+          ASSERT_EQ(A.rows(), probes.rows());
+          ASSERT_EQ(A.cols(), cloud.size());
+          for (int i = 0; i < A.rows(); ++i) {
+            const Eigen::VectorXd row = A.row(i).transpose();
+            const double rounding = 1e-12 * row.lpNorm<1>() + 1e-14;
+            EXPECT_NEAR(row.dot(u), expected[i], rounding) << name(all[r]) << ' ' << d << ' ' << i;
+          }
+        }
+      }
+    }
+}
+
+TEST(Interpolate, AtPointsIsWhatTheSchemeIsThere) {
+  for (const int d : {1, 2, 3})
+    for (const int degree : {0, 1, 2, 3}) {
+      const Cloud cloud = irregular_cloud(d, d == 1 ? 30 : d == 2 ? 12 : 8);
+      const Eigen::VectorXd h =
+          uneven_supports(cloud).cwiseMax(support(cloud, degree)) * (degree == 3 ? 1.2 : 1);
+      const std::vector<Scheme> all = of_degree(degree);
+      const auto expected = assemble(all, cloud, find_neighbours(cloud, h));
+      const auto operators = interpolate(all, cloud, cloud.positions(), h);
+      for (std::size_t r = 0; r < all.size(); ++r)
+        for (std::size_t a = 0; a < expected[r].axes.size(); ++a)
+          for (int i = 0; i < cloud.size(); ++i)
+            expect_close(operators[r].axes[a].row(i).transpose(),
+                         expected[r].axes[a].row(i).transpose(),
+                         expected[r].rows.reciprocal_condition[i], name(all[r]));
+    }
+}
+
+TEST(Interpolate, ShepardsValueIsTheWeightedMean) {
+  const Cloud cloud = irregular_cloud(2, 12);
+  const Positions probes = random_probes(2, 20);
+  const double h = 3 * cloud.spacing();
+  const Operator op = interpolate("value-mls-0", cloud, probes, Eigen::VectorXd::Constant(1, h));
+  for (Eigen::Index k = 0; k < probes.rows(); ++k) {
+    Eigen::VectorXd weights(cloud.size());
+    for (int i = 0; i < cloud.size(); ++i) {
+      const double q = (cloud.positions().row(i) - probes.row(k)).norm() / h;
+      weights[i] = q < 1 ? cloud.volumes()[i] * std::pow(1 - q, 4) * (1 + 4 * q) : 0;
+    }
+    expect_close(op.matrix().row(k).transpose(), weights / weights.sum(), 1, "Shepard");
+  }
+}
+
+TEST(Interpolate, ImagesCountInPeriodicBoxes) {
+  const Cloud cloud = periodic(irregular_cloud(2, 16));
+  const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, 3.2 * cloud.spacing());
+  const Positions probes = random_probes(2, 60);
+  Positions moved = probes;
+  moved.col(0).array() -= 1;
+  moved.col(1).array() += 2;
+  for (const char* scheme : {"value-mls-2", "gradient-mls-2"}) {
+    const Operator op = interpolate(scheme, cloud, probes, h),
+                   same = interpolate(scheme, cloud, moved, h);
+    for (std::size_t a = 0; a < op.axes.size(); ++a) {
+      const SparseMatrix difference = op.axes[a] - same.axes[a];
+      EXPECT_EQ(difference.nonZeros(), op.axes[a].nonZeros());
+      EXPECT_LE(difference.norm(), 1e-11 * op.axes[a].norm());
+    }
+    // Rows at the edge have as many neighbours as others, about.
+    EXPECT_GT(op.rows.neighbours.minCoeff(), 20);
+  }
+}
+
+TEST(Interpolate, SupportsAreThoseOfTheNearestPoints) {
+  const Cloud cloud =
+      make_cloud({.dimension = 2, .points_per_side = 24, .jitter = 0.1, .grading = 20});
+  const Eigen::VectorXd h = 3.5 * local_spacing(cloud);
+  const Positions probes = random_probes(2, 50);
+  const Operator op = interpolate("value-mls-1", cloud, probes, h);
+  for (Eigen::Index k = 0; k < probes.rows(); ++k) {
+    Eigen::Index nearest;
+    const Eigen::VectorXd r = (cloud.positions().rowwise() - probes.row(k)).rowwise().norm();
+    r.minCoeff(&nearest);
+    EXPECT_EQ(op.rows.supports[k], h[nearest]);
+    EXPECT_EQ(op.rows.neighbours[k], (r.array() < h[nearest]).count());
+  }
+}
+
+TEST(Interpolate, ManyProbesInOneCellAreFoundOneByOne) {
+  const Cloud cloud = irregular_cloud(3, 12);
+  Positions probes = 0.01 * random_probes(3, 20'000);
+  probes.array() += 0.5;
+  const Operator op = interpolate("value-mls-1", cloud, probes, Eigen::VectorXd::Constant(1, 0.25));
+  EXPECT_LE((op.matrix() * cloud.positions() - probes).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+TEST(Interpolate, WithoutVolumesTakesThoseByNumberDensity) {
+  const Cloud bare(irregular_cloud(2, 14).positions());
+  const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, 0.25);
+  const Cloud filled(bare.positions(),
+                     {.volumes = number_density_volumes(bare, find_neighbours(bare, h))});
+  const Positions probes = random_probes(2, 30);
+  const Operator op = interpolate("value-mls-1", bare, probes, h);
+  EXPECT_EQ((op.matrix() - interpolate("value-mls-1", filled, probes, h).matrix()).norm(), 0);
+  EXPECT_EQ(op.volumes, filled.volumes());
+}
+
+TEST(Interpolate, TransferThereAndBackHasTheOrderOfTheFit) {
+  for (const int degree : {0, 1, 2, 3}) {
+    std::vector<double> errors;
+    for (const int n : {16, 32}) {
+      const Cloud coarse = make_cloud({.dimension = 2, .points_per_side = n, .jitter = 0.2});
+      const Cloud fine =
+          make_cloud({.dimension = 2, .points_per_side = 2 * n, .jitter = 0.2, .seed = 2});
+      const Scheme scheme(Derivative::Value, Weight::Kernel, Consistency::Mls, degree);
+      const auto supports = [&](const Cloud& cloud) {
+        return Eigen::VectorXd::Constant(1, std::max(2.5, degree + 1.0) * cloud.spacing());
+      };
+      const Operator up = interpolate(scheme, coarse, fine.positions(), supports(coarse));
+      const Operator down = interpolate(scheme, fine, coarse.positions(), supports(fine));
+      const Eigen::ArrayXd x = coarse.positions().col(0), y = coarse.positions().col(1);
+      const Eigen::VectorXd u = sin(2 * x) * cos(2.5 * y);
+      const Eigen::VectorXd error = down.matrix() * (up.matrix() * u) - u;
+      errors.push_back(error.norm() / std::sqrt(static_cast<double>(u.size())));
+    }
+    EXPECT_NEAR(std::log2(errors[0] / errors[1]), degree + 1, 0.45) << degree;
+  }
+}
+
+TEST(Interpolate, ConservativeTransferIsTheAdjointAndKeepsTheSum) {
+  const Cloud cloud = irregular_cloud(2, 10), other = irregular_cloud(2, 17, 5);
+  const Operator value = interpolate("value-mls-1", cloud, other.positions(),
+                                     Eigen::VectorXd::Constant(1, 3 * cloud.spacing()));
+  const SparseMatrix R = conservative_transfer(value, other.volumes());
+  const Eigen::VectorXd v = Eigen::VectorXd::LinSpaced(cloud.size(), -1, 2).array().cube(),
+                        u = Eigen::VectorXd::LinSpaced(other.size(), 1, 3).array().sin();
+  const double sum = u.dot(other.volumes());
+  EXPECT_NEAR((R * u).dot(cloud.volumes()), sum, 1e-13);
+  EXPECT_NEAR((R * u).cwiseProduct(v).dot(cloud.volumes()),
+              u.cwiseProduct(value.matrix() * v).dot(other.volumes()), 1e-13);
+  EXPECT_THROW(conservative_transfer(value, cloud.volumes()), InvalidInput);
+}
+
+TEST(Interpolate, NothingOfNothing) {
+  const Cloud cloud = irregular_cloud(2, 8);
+  const Operator op =
+      interpolate("gradient-mls-1", cloud, Positions(0, 2), Eigen::VectorXd::Constant(1, 0.4));
+  ASSERT_EQ(op.axes.size(), 2);
+  EXPECT_EQ(op.matrix().rows(), 0);
+  EXPECT_EQ(op.matrix().cols(), cloud.size());
+}
+
+std::string refusal(const Scheme& scheme, const Cloud& cloud, const Positions& probes,
+                    const Eigen::VectorXd& h) {
+  return message_of<InvalidInput>([&] { return interpolate(scheme, cloud, probes, h); });
+}
+
+TEST(Fault46, ProbesOutsideTheCloudAreNamedWithTheirDistance) {
+  const Cloud cloud = make_cloud({.dimension = 2, .points_per_side = 10});
+  const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, 0.3);
+  Positions probes(5, 2);
+  probes << 0.5, 0.5, 3, 0.95, 0.2, 0.3, 0.95, -4, 1.02, 1.02;  // the last one is near enough
+  const std::string message = refusal("value-mls-1", cloud, probes, h);
+  EXPECT_THAT(message, HasSubstr("2 of 5 probes are outside the cloud"));
+  EXPECT_THAT(message, HasSubstr("probe 1 at (3, 0.95), 2.05 from point 99"));
+  EXPECT_THAT(message, HasSubstr("probe 3 at (0.95, -4), 4.05 from point 90"));
+  const Eigen::VectorXd each = Eigen::VectorXd::Constant(100, 0.3);
+  EXPECT_EQ(refusal("value-mls-1", cloud, probes, each), message);
+  EXPECT_THAT(refusal("value-mls-1", Cloud(Positions(0, 2), {.volumes = {}}), probes, h),
+              HasSubstr("5 of 5 probes are outside"));
+}
+
+TEST(Fault46, ProbesThatAreNoneAreNamed) {
+  const Cloud cloud = irregular_cloud(2, 8);
+  const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, 0.4);
+  Positions probes = random_probes(2, 4);
+  EXPECT_THAT(refusal("gradient-ls-2", cloud, probes, h), HasSubstr("gradient-mls-P"));
+  EXPECT_THAT(refusal("value-mls-1", cloud, Positions::Zero(3, 3), h),
+              HasSubstr("probes have 3 coordinates, the points 2"));
+  EXPECT_THAT(refusal("value-mls-1", cloud, probes, Eigen::VectorXd::Ones(3)),
+              HasSubstr("supports has 3 entries"));
+  probes(2, 1) = std::nan("");
+  EXPECT_THAT(refusal("value-mls-1", cloud, probes, h), HasSubstr("probe 2"));
+}
+
+TEST(Fault46, ARowThatCannotBeComputedIsNamed) {
+  const Cloud cloud = irregular_cloud(2, 8);
+  const double h = 1.9 * cloud.spacing();
+  try {
+    interpolate("value-mls-4", cloud, random_probes(2, 9), Eigen::VectorXd::Constant(1, h));
+    FAIL();
+  } catch (const StencilError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("value-mls-4 cannot be computed at probe 0: at least 14"));
+    EXPECT_EQ(error.point, 0);
+  }
+}
+
+}  // namespace
+}  // namespace gradpsi
