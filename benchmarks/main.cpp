@@ -47,6 +47,8 @@ void add_all(const Scene& scene) {
   add_rival_searches(scene);
   add_schemes(scene);
   for (const char* scheme : refillable) add_refill(scheme, scene);
+  add_forms(scene);
+  add_probes(scene);
   add_fused_weights(scene);
   add_fill(scene);
   add_gradient_products(scene);

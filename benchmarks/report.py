@@ -21,6 +21,8 @@ OPERATIONS = {
     "spacing": "The local spacing of points without volumes",
     "weights": "Assembly: weights and new matrices",
     "refill": "Other weights in the same matrices",
+    "forms": "Rows of degree 2: other weights in the same matrices",
+    "probes": "Values between the points",
     "fused": "A gradient and a Laplacian in one pass, and one after the other",
     "fill": "The filling of one matrix from known entries",
     "spmv": "Products y = A x",

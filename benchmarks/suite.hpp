@@ -38,6 +38,8 @@ void add_spacing(const Scene& scene);  ///< local_spacing() of the points withou
 void add_rival_searches(const Scene& scene);
 void add_weights(const std::string& scheme, const Scene& scene);
 void add_refill(const std::string& scheme, const Scene& scene);
+void add_forms(const Scene& scene);   ///< of degree 2, and all of one system in one pass
+void add_probes(const Scene& scene);  ///< values between the points
 void add_fused_weights(const Scene& scene);
 void add_fill(const Scene& scene);
 

@@ -96,6 +96,50 @@ void add_refill(const std::string& scheme, const Scene& scene) {
       });
 }
 
+void add_forms(const Scene& scene) {
+  const std::vector<std::pair<std::string, std::vector<gradpsi::Scheme>>> forms = {
+      {"gradient-ls-2", {"gradient-ls-2"}},
+      {"laplacian-ls-2", {"laplacian-ls-2"}},
+      {"gradient-mls-2", {"gradient-mls-2"}},
+      {"laplacian-mls-2", {"laplacian-mls-2"}},
+      {"gradient-msph", {"gradient-msph"}},
+      {"laplacian-msph", {"laplacian-msph"}},
+      {"laplacian-icspm", {"laplacian-icspm"}},
+      {"laplacian-cspm", {"laplacian-cspm"}},
+      {"laplacian-kgf-improved", {"laplacian-kgf-improved"}},
+      {"laplacian-rkpm-2", {"laplacian-rkpm-2"}},
+      {"all-mls-2", {"value-mls-2", "gradient-mls-2", "hessian-mls-2", "laplacian-mls-2"}}};
+  for (const auto& [form, schemes] : forms)
+    add("op:forms/impl:gradpsi/scheme:" + form, scene,
+        [=](benchmark::State& state, Prepared& p, int threads) {
+          std::vector<Operator> all = assemble(schemes, p.cloud, p.near, assembly_options(threads));
+          for (auto _ : state) {
+            reassemble(schemes, p.cloud, p.near, all, assembly_options(threads));
+            benchmark::ClobberMemory();
+          }
+          count_weights(state, p, entries(all), 8);
+        });
+}
+
+void add_probes(const Scene& scene) {
+  for (const int probes : {1'000, 100'000})
+    for (const bool one_cell : {true, false})
+      add("op:probes/impl:" + std::string(one_cell ? "one-cell-" : "anywhere-") +
+              std::to_string(probes) + "/scheme:value-mls-2",
+          scene, [=](benchmark::State& state, Prepared& p, int threads) {
+            const gradpsi::Cloud at = gradpsi::make_cloud(
+                {.dimension = 1, .points_per_side = probes * scene.dimension, .jitter = 0.5});
+            gradpsi::Positions x(probes, scene.dimension);
+            for (Eigen::Index k = 0; k < x.size(); ++k)  // a stride that spreads them over the box
+              x.data()[k] = at.positions()(k * 7919 % at.size(), 0);
+            if (one_cell) x = (x / scene.points_per_side).array() + 0.5;
+            for (auto _ : state)
+              benchmark::DoNotOptimize(gradpsi::interpolate("value-mls-2", p.cloud, x,
+                                                            p.near.supports, {.threads = threads}));
+            count(state, {.points = static_cast<double>(probes)});
+          });
+}
+
 void add_fused_weights(const Scene& scene) {
   const auto add_by = [&](const std::string& impl, auto make) {
     add("op:fused/impl:" + impl + pair_name, scene,

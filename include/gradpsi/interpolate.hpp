@@ -33,6 +33,7 @@ struct InterpolationOptions {
 /// @param cloud     n points
 /// @param probes    m x d; with a periodic box, probes outside it stand for their image
 /// @param supports  n lengths > 0, or one for all, as find_neighbours() takes them
+/// @param options   kernel and threads
 /// @throws InvalidInput  if the scheme is another one; if a size, a number or a support is out of range; for
 ///   probes farther than half the support from all points, naming them with their distance: nothing is
 ///   extrapolated from afar

@@ -33,6 +33,18 @@ template <class V>
   __builtin_memcpy(to, &v, sizeof v);
 }
 
+/// The first `count` lanes, all of them if that is more.
+template <class V>
+[[gnu::always_inline]] inline void store_first(double* to, V v, int count) {
+  constexpr int lanes = sizeof(V) / sizeof(double);
+  if (count >= lanes) return store(to, v);
+#if defined(__AVX512F__)
+  if constexpr (lanes == 8)
+    return _mm512_mask_storeu_pd(to, static_cast<__mmask8>((1 << count) - 1), (__m512d)v);
+#endif
+  for (int l = 0; l < count; ++l) to[l] = v[l];
+}
+
 /// All lanes x; x - 0, as x + 0 would turn -0 into 0.
 template <int W>
 [[gnu::always_inline]] inline Lanes<W> all(double x) {

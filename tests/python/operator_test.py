@@ -400,3 +400,21 @@ def test_symmetric_supports_make_a_zoc_operator_symmetric():
             assert np.allclose(A @ np.ones(200), 0, atol=1e-10)
     with pytest.raises(gradpsi.InvalidInput, match="is not symmetric"):
         gradpsi.with_symmetric_supports("laplacian-mixed-soc", own)
+
+
+def test_values_between_the_points():
+    cloud = square(12)
+    h = 3.2 * cloud.spacing()
+    probes = np.random.default_rng(5).uniform(0.1, 0.9, (20, 2))
+    x, y = np.asarray(cloud.positions).T
+    value, gradient = gradpsi.interpolate(["value-mls-2", "gradient-mls-2"], cloud, probes, h)
+    assert value.matrix.shape == (20, cloud.size)
+    np.testing.assert_allclose(value.matrix @ (x * y), probes.prod(1), atol=1e-12)
+    np.testing.assert_allclose(gradient.axes[0] @ (x * y), probes[:, 1], atol=1e-10)
+    one = gradpsi.interpolate("value-mls-2", cloud, probes, np.full(cloud.size, h))
+    assert (one.matrix != value.matrix).nnz == 0
+    weights = np.random.default_rng(6).random(20)
+    R = gradpsi.conservative_transfer(value, weights)
+    np.testing.assert_allclose(value.volumes @ (R @ np.ones(20)), weights.sum())
+    with pytest.raises(gradpsi.InvalidInput, match="probe 0 at .* from point"):
+        gradpsi.interpolate("value-mls-1", cloud, [[5.0, 5.0]], h)

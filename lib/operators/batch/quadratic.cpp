@@ -132,47 +132,64 @@ struct Coefficients {
   double c[9], of_w, constant;
 };
 
-/// Writes one row of up to D + 1 matrices, c[o] . t(s_j) weighted, and the diagonals.
-/// Returns whether all is finite.
-template <int D, Form form, int P, bool fitted, int outputs, int W>
-[[gnu::always_inline]] inline bool emit(Entries<D> row, double diagonal, const Coefficients* of,
-                                        double* const* value) {
+/// Writes one row of all matrices, c . t(s_j) weighted, and the diagonals. Returns whether all is finite.
+template <int D, Form form, int P, bool fitted, int W>
+[[gnu::always_inline]] inline bool emit(const BatchSystem& system, Entries<D> row,
+                                        const Coefficients* of, int entry, Workspace work) {
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
-  V sum[outputs] = {};
-  for (int k = 0; k < row.padded; k += W) {
-    V t[M];
+  const auto functions = [&](int k, V* t) __attribute__((always_inline)) {
     monomials<D, P, W>(row, k, t);
     const V w = load<W>(row.weight + k);
     for (int l = 0; l < M; ++l) {
       t[l] *= form != Form::Monomials && l >= D ? load<W>(row.over + k) : w;
       if (has_trace<D, form>(l)) t[l] -= w;
     }
-#pragma GCC unroll 4
-    for (int o = 0; o < outputs; ++o) {
-      // Which of the first two products is rounded before it is summed is as compilers chose when nothing
-      // said so: matrices stay the same to the bit.
-      const int first = M == 1 ? 0 : M == 2 && outputs == 2 ? 1 - o : 1;
-      const double* const c = of[o].c;
-      V a = as_rounded(c[first] * t[first]);
-      if constexpr (M > 1) a += c[1 - first] * t[1 - first];
-#pragma GCC unroll 9
-      for (int l = 2; l < M; ++l) a += c[l] * t[l];
-      if constexpr (fitted)
-        a += of[o].of_w * load<W>((form == Form::KernelDerivatives ? row.kernel : row.weight) + k);
-      sum[o] += a;
-      if (k + W <= row.count)
-        store(value[o] + k, a);
-      else
-        for (int l = 0; k + l < row.count; ++l) value[o][k + l] = a[l];
-    }
-  }
+  };
+  const double* const kernel = form == Form::KernelDerivatives ? row.kernel : row.weight;
   double check = 0;
-  for (int o = 0; o < outputs; ++o) {
-    const double total = sum_of_lanes(sum[o]);
-    value[o][row.diagonal] = of[o].constant + diagonal * total;
+  // One matrix after the other: lines of memory that many are written to in turn get into each other's way.
+  // weight(c, k) adds up c . t.
+  const auto write = [&](int o, const auto& weight) __attribute__((always_inline)) {
+    double* const value = system.values[o] + entry;
+    double c[M];
+    for (int l = 0; l < M; ++l) c[l] = of[o].c[l];
+    V sum{};
+    for (int k = 0; k < row.padded; k += W) {
+      V a = weight(c, k);
+      if constexpr (fitted) a += of[o].of_w * load<W>(kernel + k);
+      sum += a;
+      store_first(value + k, a, row.count - k);
+    }
+    const double total = sum_of_lanes(sum);
+    value[row.diagonal] = of[o].constant + system.diagonal * total;
     check += total - total;
+  };
+  if (system.outputs == 1) {
+    write(
+        0, [&](const double* c, int k) __attribute__((always_inline)) {
+          V t[M];
+          functions(k, t);
+          V a = as_rounded(c[0] * t[0]);
+#pragma GCC unroll 9
+          for (int l = 1; l < M; ++l) a += c[l] * t[l];
+          return a;
+        });
+    return check == 0;
   }
+  for (int k = 0; k < row.padded; k += W) {
+    V t[M];
+    functions(k, t);
+    for (int l = 0; l < M; ++l) store(work.column(l) + k, t[l]);
+  }
+  for (int o = 0; o < system.outputs; ++o)
+    write(
+        o, [&](const double* c, int k) __attribute__((always_inline)) {
+          V a = as_rounded(c[0] * load<W>(work.column(0) + k));
+#pragma GCC unroll 9
+          for (int l = 1; l < M; ++l) a += c[l] * load<W>(work.column(l) + k);
+          return a;
+        });
   return check == 0;
 }
 
@@ -184,45 +201,18 @@ template <int D, int W>
   for (int k = 0; k < row.padded; k += W) {
     const V a = factor * load<W>(row.weight + k);
     sum += a;
-    if (k + W <= row.count)
-      store(value + k, a);
-    else
-      for (int l = 0; k + l < row.count; ++l) value[k + l] = a[l];
+    store_first(value + k, a, row.count - k);
   }
   const double total = sum_of_lanes(sum);
   value[row.diagonal] = 0 - total;
   return total - total == 0;
 }
 
-/// Writes all outputs, D + 1 of them in one pass over the entries.
-template <int D, Form form, int P, bool fitted, int W>
-[[gnu::always_inline]] inline bool emit_all(const BatchSystem& system, Entries<D> row,
-                                            const Coefficients* c, int entry) {
-  bool finite = true;
-  for (int o = 0; o < system.outputs;) {
-    const int left = system.outputs - o;
-    double* value[D + 1];
-    for (int n = 0; n < left && n <= D; ++n) value[n] = system.values[o + n] + entry;
-    const auto several = [&]<int count>() __attribute__((always_inline)) {
-      finite &= emit<D, form, P, fitted, count, W>(row, system.diagonal, c + o, value);
-      o += count;
-    };
-    if (left > D)
-      several.template operator()<D + 1>();
-    else if (left == 1)
-      several.template operator()<1>();
-    else if (left == 2)
-      several.template operator() < D<2 ? 1 : 2>();
-    else
-      several.template operator() < D<3 ? 1 : 3>();
-  }
-  return finite;
-}
-
 }  // namespace
 
 template <int D, int W>
-void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row) {
+void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row,
+                 Workspace work) {
   for (int r = 0; r < batch.rows; ++r) {
     double factor = 1;
     for (int n = 0; n > system.given_power; --n) factor /= row[r].h;
@@ -235,9 +225,10 @@ void uncorrected(const BatchSystem& system, const Batch<W>& batch, const Entries
         const Term& term = system.terms[t];
         c[term.output].c[term.monomial] += factor * term.value;
       }
-      finite = system.form == Form::Monomials
-                   ? emit_all<D, Form::Monomials, 1, false, W>(system, row[r], c, batch.entry[r])
-                   : emit_all<D, Form::Directions, 2, false, W>(system, row[r], c, batch.entry[r]);
+      finite =
+          system.form == Form::Monomials
+              ? emit<D, Form::Monomials, 1, false, W>(system, row[r], c, batch.entry[r], work)
+              : emit<D, Form::Directions, 2, false, W>(system, row[r], c, batch.entry[r], work);
     }
     system.solved[batch.first + r] = finite && row[r].neighbours > 0;
     system.reciprocal_condition[batch.row[r]] = 1;
@@ -248,7 +239,7 @@ namespace {
 
 template <int D, Form form, int P, bool fitted, int W>
 [[gnu::always_inline]] inline void corrected_by(const BatchSystem& system, const Batch<W>& batch,
-                                                const Entries<D>* row) {
+                                                const Entries<D>* row, Workspace work) {
   using V = Lanes<W>;
   using System = Moments<D, form, P, fitted>;
   constexpr int M = System::M;
@@ -266,6 +257,7 @@ template <int D, Form form, int P, bool fitted, int W>
         if (k != l) A(k, l) = V{};
   V h = V{} + 1, own_volume = V{} + 1;
   for (int r = 0; r < batch.rows; ++r) h[r] = row[r].h, own_volume[r] = row[r].own_volume;
+  const V per_h = 1 / h;
   V mean[M], of_w[M], per_sum;
   if constexpr (fitted) per_sum = System::centre(moment, own_volume, batch.own, mean, of_w, A);
   V reciprocal;
@@ -283,8 +275,8 @@ template <int D, Form form, int P, bool fitted, int W>
     if constexpr (fitted)
       for (int k = 0; value && k < M; ++k)  // what the mean, with which it begins, is off
         for (int l = 0; l < M; ++l) c[o][l] -= A(l, k) * (of_w[k] * per_sum);
-    const V unit = value ? V{} + 1 : system.orders[o] == 1 ? h : h * h;
-    for (int l = 0; l < M; ++l) c[o][l] /= unit;
+    const V per_unit = value ? V{} + 1 : system.orders[o] == 1 ? per_h : per_h * per_h;
+    for (int l = 0; l < M; ++l) c[o][l] *= per_unit;
     if constexpr (fitted) {
       c_of_w[o] = value ? per_sum : V{};
       for (int l = 0; l < M; ++l) c_of_w[o] -= c[o][l] * mean[l];
@@ -300,7 +292,7 @@ template <int D, Form form, int P, bool fitted, int W>
     // With fewer neighbours than unknowns the matrix is singular, rounding or not.
     system.solved[batch.first + r] =
         good[r] && row[r].neighbours >= M &&
-        emit_all<D, form, P, fitted, W>(system, row[r], own, batch.entry[r]);
+        emit<D, form, P, fitted, W>(system, row[r], own, batch.entry[r], work);
     system.reciprocal_condition[batch.row[r]] = reciprocal[r];
   }
 }
@@ -308,31 +300,32 @@ template <int D, Form form, int P, bool fitted, int W>
 }  // namespace
 
 template <int D, int W>
-void corrected(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row) {
+void corrected(const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row,
+               Workspace work) {
   const bool linear = system.degree == 1;
   if (system.form == Form::Directions)
-    corrected_by<D, Form::Directions, 2, false, W>(system, batch, row);
+    corrected_by<D, Form::Directions, 2, false, W>(system, batch, row, work);
   else if (system.form == Form::KernelDerivatives && linear)
-    corrected_by<D, Form::KernelDerivatives, 1, true, W>(system, batch, row);
+    corrected_by<D, Form::KernelDerivatives, 1, true, W>(system, batch, row, work);
   else if (system.form == Form::KernelDerivatives && system.fitted)
-    corrected_by<D, Form::KernelDerivatives, 2, true, W>(system, batch, row);
+    corrected_by<D, Form::KernelDerivatives, 2, true, W>(system, batch, row, work);
   else if (system.form == Form::KernelDerivatives)
-    corrected_by<D, Form::KernelDerivatives, 2, false, W>(system, batch, row);
+    corrected_by<D, Form::KernelDerivatives, 2, false, W>(system, batch, row, work);
   else if (system.fitted && linear)
-    corrected_by<D, Form::Monomials, 1, true, W>(system, batch, row);
+    corrected_by<D, Form::Monomials, 1, true, W>(system, batch, row, work);
   else if (system.fitted)
-    corrected_by<D, Form::Monomials, 2, true, W>(system, batch, row);
+    corrected_by<D, Form::Monomials, 2, true, W>(system, batch, row, work);
   else if (linear)
-    corrected_by<D, Form::Monomials, 1, false, W>(system, batch, row);
+    corrected_by<D, Form::Monomials, 1, false, W>(system, batch, row, work);
   else
-    corrected_by<D, Form::Monomials, 2, false, W>(system, batch, row);
+    corrected_by<D, Form::Monomials, 2, false, W>(system, batch, row, work);
 }
 
 #define INSTANTIATE(D)                                                                         \
   template void uncorrected<D, GRADPSI_LANES>(const BatchSystem&, const Batch<GRADPSI_LANES>&, \
-                                              const Entries<D>*);                              \
+                                              const Entries<D>*, Workspace);                   \
   template void corrected<D, GRADPSI_LANES>(const BatchSystem&, const Batch<GRADPSI_LANES>&,   \
-                                            const Entries<D>*);
+                                            const Entries<D>*, Workspace);
 INSTANTIATE(1)
 INSTANTIATE(2)
 INSTANTIATE(3)
