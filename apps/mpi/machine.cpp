@@ -72,12 +72,12 @@ class SeveralProcesses : public Machine {
     if (options.symmetric_support) throw BadUsage("--symmetric-support", "is for one process");
     const Eigen::VectorXd h = supports(options, own_, {.spacing = spacing});
     const bool widens = assembly_options(options, own_).on_degenerate == OnDegenerate::Widen;
+    const double rows = reach(Scheme(options.scheme)) * (widens ? widest : 1);
     // What is no support is refused by find_neighbours(), which names the point.
-    Eigen::VectorXd reach =
-        h.unaryExpr([&](double x) { return x > 0 ? (widens ? widest : 1) * x : 0; });
+    Eigen::VectorXd reaches = h.unaryExpr([&](double x) { return x > 0 ? rows * x : 0; });
     for (const double length : options.periodic)
-      if (length > 0) reach = reach.cwiseMin(length / 2).cwiseMax(h);
-    mine_.emplace(partition(), reach);
+      if (length > 0) reaches = reaches.cwiseMin(length / 2).cwiseMax(h);
+    mine_.emplace(partition(), reaches);
     near_ = petsc::find_neighbours(*mine_, h, options.threads);
     std::vector<std::string> found;
     together([&] { found = warnings(mine_->cloud(), near_, options.threads); });

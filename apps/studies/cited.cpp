@@ -51,28 +51,18 @@ struct Measured {
   int degenerate_rows;
 };
 
-/// The support, or twice that where rows have neighbours of neighbours.
-double reach(const Operator& op, const Positions& x, double support) {
-  double furthest = 0;
-  for (int i = 0; i < op.matrix().rows(); ++i)
-    for (SparseMatrix::InnerIterator a(op.matrix(), i); a; ++a)
-      furthest = std::max(furthest, (x.row(a.col()) - x.row(i)).norm());
-  return furthest > support ? 2 * support : support;
-}
-
 /// All schemes on a cloud, as far as the support is enough for them, in their order.
 std::vector<Measured> measure(const Field& field, double support_ratio, int threads) {
   const double support = support_ratio * field.cloud.spacing();
   const auto near = find_neighbours(field.cloud, support, threads);
-  const Positions& x = field.cloud.positions();
   std::vector<Measured> all;
   for (const Scheme& scheme : schemes()) {
     if (!is_enough(support_ratio, scheme)) continue;
     const Operator op = assemble(scheme, field.cloud, near,
                                  {.on_degenerate = OnDegenerate::Lower, .threads = threads});
-    all.push_back(
-        {norms(errors(scheme.derivative, op, field.derivatives), x, reach(op, x, support)),
-         op.rows.degenerate()});
+    all.push_back({norms(errors(scheme.derivative, op, field.derivatives), field.cloud.positions(),
+                         reach(scheme) * support),
+                   op.rows.degenerate()});
   }
   return all;
 }

@@ -5,9 +5,10 @@
 set datafile separator ","
 set encoding utf8
 
-schemes = "direct-zoc diffuse-zoc diffuse-ns-zoc mixed-zoc positive ls-2 " . \
-  "direct-soc diffuse-soc diffuse-ns-soc mixed-soc ls-3 ls-4 " . \
-  "- diffuse-soc-ls diffuse-ns-soc-ls mixed-soc-ls ls-5 ls-6"
+schemes = "direct-zoc diffuse-zoc diffuse-ns-zoc mixed-zoc morris kgf-improved positive " . \
+  "direct-soc diffuse-soc diffuse-ns-soc mixed-soc cspm icspm rkpm-2 " . \
+  "diffuse-soc-ls diffuse-ns-soc-ls mixed-soc-ls msph mls-2 mls-3 kgf " . \
+  "- ls-2 ls-3 ls-4 ls-5 ls-6 mls-4"
 walls = "periodic dirichlet truncated"
 wall_title(wall) = wall eq "periodic" ? "periodic box" : \
   wall eq "dirichlet" ? "outermost layer held" : "cut off, no condition"
@@ -17,7 +18,7 @@ stable = "#cfe3f1"
 set palette defined (-3 "#fdd49e", -1 "#fc8d59", 1 "#d7301f", 3 "#7f0000", 5 "#1a0000")
 set cbrange [-3:5]
 do for [wall in walls] {
-  set terminal pngcairo size 1240, 720 enhanced font "DejaVu Sans,10" background "white"
+  set terminal pngcairo size 1400, 930 enhanced font "DejaVu Sans,10" background "white"
   set output "stability_map_".wall.suffix.".png"
   set multiplot title "Growth rate times dx^2, the largest of all seeds: ".wall_title(wall) \
     font "DejaVu Sans,13" offset 0, -0.3
@@ -26,16 +27,16 @@ do for [wall in walls] {
   set tics scale 0 nomirror
   do for [k = 1:words(schemes)] {
     scheme = word(schemes, k)
-    column = (k - 1) % 6; row = (k - 1) / 6
-    set lmargin at screen 0.045 + 0.159 * column; set rmargin at screen 0.045 + 0.159 * column + 0.140
-    set tmargin at screen 0.90 - 0.295 * row; set bmargin at screen 0.90 - 0.295 * row - 0.225
+    column = (k - 1) % 7; row = (k - 1) / 7
+    set lmargin at screen 0.04 + 0.1365 * column; set rmargin at screen 0.04 + 0.1365 * column + 0.121
+    set tmargin at screen 0.92 - 0.222 * row; set bmargin at screen 0.92 - 0.222 * row - 0.172
     if (scheme eq "-") {
       # The key takes the place of a panel.
-      set colorbox user origin 0.065, 0.17 size 0.018, 0.13
+      set colorbox user origin 0.06, 0.125 size 0.016, 0.1
       set cbtics ("0.001" -3, "0.1" -1, "10" 1, "1,000" 3, "100,000" 5) font ",9"
-      set label 1 "grows" at screen 0.06, 0.315 font ",10"
-      set label 2 "stable" at screen 0.085, 0.135 font ",10"
-      set object 1 rectangle from screen 0.065, 0.125 to screen 0.08, 0.145 fc rgb stable fs border lc rgb "#888888"
+      set label 1 "grows" at screen 0.055, 0.24 font ",10"
+      set label 2 "stable" at screen 0.08, 0.098 font ",10"
+      set object 1 rectangle from screen 0.06, 0.09 to screen 0.074, 0.106 fc rgb stable fs border lc rgb "#888888"
       unset border; unset xtics; unset ytics; unset title; unset xlabel; unset ylabel
       plot NaN with points palette notitle
       unset label 1; unset label 2; unset object 1; unset colorbox
@@ -45,8 +46,8 @@ do for [wall in walls] {
     set title scheme offset 0, -0.7 font ",11"
     set xtics scale 0 ("2" 1, "2.5" 2, "3" 3, "3.5" 4, "4.5" 5)
     set ytics scale 0 0, 0.1, 0.5
-    set format y (k % 6 == 1 || k == 14 ? "%g" : "")
-    if (row == 2) { set xlabel "h / dx" offset 0, 0.6 } else { unset xlabel }
+    set format y (k % 7 == 1 || k == 23 ? "%g" : "")
+    if (row == 3) { set xlabel "h / dx" offset 0, 0.6 } else { unset xlabel }
     if (column == 0) { set ylabel "jitter / dx" offset 1.2, 0 } else { unset ylabel }
     matches(name, which) = name eq "laplacian-".scheme && which eq wall
     plot maps skip 1 using (matches(strcol(1), strcol(2)) && $5 == 0 ? place($3) : NaN):4:(0.5):(0.05) \

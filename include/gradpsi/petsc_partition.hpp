@@ -83,7 +83,8 @@ class Subdomain {
  public:
   /// @param partition  must outlive the subdomain
   /// @param reach      lengths >= 0, one for all or one for each own point: other processes' points within
-  ///   it of the own one become part of the halo. The support; times `widest` where rows may be widened
+  ///   it of the own one become part of the halo. The support times reach(scheme), and times `widest` where rows may
+  ///   be widened
   /// @throws InvalidInput  if sizes disagree or a reach is out of range
   Subdomain(const Partition& partition, const VectorView& reach);
 

@@ -81,7 +81,11 @@ int unknowns(const Scheme& scheme, int dimension);
 /// @throws InvalidInput  if it is not one of schemes(), as symmetry() does
 std::optional<double> support_ratio(const Scheme& scheme);
 
-/// The same with the degree where there are several: "soc", "ls-3".
+/// How many supports a row reaches: 1; of laplacian-kgf, which has neighbours of neighbours, 2.
+/// @throws InvalidInput  if it is not one of schemes()
+int reach(const Scheme& scheme);
+
+/// The name of the consistency, with the degree where there are several: "soc", "ls-3".
 std::string consistency_name(const Scheme& scheme);
 
 /// The one spelling used everywhere: derivative-weight-consistency, "gradient-diffuse-ns-foc"; "ls-3",

@@ -17,10 +17,18 @@ namespace {
 
 constexpr int rows_per_chunk = 256;
 
-/// The rows' points and their neighbours, ascending.
-std::vector<int> points_in_reach(const std::vector<int>& rows, const Neighbours& near) {
+/// The rows' points and those that the gradient's rows there have, ascending.
+std::vector<int> points_in_reach(const Scheme& gradient, const std::vector<int>& rows,
+                                 const Cloud& cloud, const Neighbours& near,
+                                 const AssemblyOptions& options) {
   std::vector<int> reached = rows;
-  for (const int i : rows) reached.insert(reached.end(), near.of(i).begin(), near.of(i).end());
+  if (options.on_degenerate == OnDegenerate::Widen) {
+    const SparseMatrix widened = assemble(gradient, cloud, near, options).matrix();
+    reached.insert(reached.end(), widened.innerIndexPtr(),
+                   widened.innerIndexPtr() + widened.nonZeros());
+  } else {
+    for (const int i : rows) reached.insert(reached.end(), near.of(i).begin(), near.of(i).end());
+  }
   std::ranges::sort(reached);
   reached.erase(std::ranges::unique(reached).begin(), reached.end());
   return reached;
@@ -129,8 +137,9 @@ Operator two_passes(const Scheme& scheme, const Cloud& cloud, const Neighbours& 
                     const AssemblyOptions& options) {
   const ChosenRows rows = chosen_rows(options, cloud);
   AssemblyOptions of_gradient = options;
-  if (rows.chosen) of_gradient.rows = points_in_reach(*rows.chosen, near);
-  const Operator gradient = assemble(recipe(scheme).after, cloud, near, of_gradient);
+  const Scheme after = recipe(scheme).after;
+  if (rows.chosen) of_gradient.rows = points_in_reach(after, *rows.chosen, cloud, near, options);
+  const Operator gradient = assemble(after, cloud, near, of_gradient);
   std::vector<int> row_of(cloud.size(), -1);
   const ChosenRows reached = chosen_rows(of_gradient, cloud);
   for (int k = 0; k < reached.count; ++k) row_of[reached.point(k)] = k;

@@ -39,6 +39,18 @@ void check_supports(const Subdomain& mine, const VectorView& supports, double fa
   }
 }
 
+/// The lists of own points and of their neighbours, too.
+Neighbours further(const Scheme& scheme, const Subdomain& mine, const Neighbours& near,
+                   const AssemblyOptions& options) {
+  if (options.on_degenerate == OnDegenerate::Widen)
+    throw InvalidInput(name(scheme) + " cannot be widened by several processes");
+  std::vector<int> rows = mine.own();
+  rows.insert(rows.end(), near.indices.begin(), near.indices.end());
+  std::ranges::sort(rows);
+  rows.erase(std::ranges::unique(rows).begin(), rows.end());
+  return gradpsi::find_neighbours(mine.cloud(), near.supports, rows, options.threads);
+}
+
 /// The subdomain's cloud with volumes by number density, the halo's from their owners.
 Cloud with_number_densities(const Subdomain& mine, const Neighbours& near,
                             const AssemblyOptions& options) {
@@ -150,10 +162,12 @@ Operator assemble(const Scheme& scheme, const Subdomain& mine, const Neighbours&
     with_volumes.emplace(with_number_densities(mine, near, options));
   Operator result;
   together(comm, [&] {
-    if (widens) check_supports(mine, near.supports, widest);
+    check_supports(mine, near.supports, reach(scheme) * (widens ? widest : 1));
     AssemblyOptions own = options;
     if (!own.rows) own.rows = mine.own();
-    result = gradpsi::assemble(scheme, with_volumes ? *with_volumes : mine.cloud(), near, own);
+    const Cloud& cloud = with_volumes ? *with_volumes : mine.cloud();
+    result = gradpsi::assemble(
+        scheme, cloud, reach(scheme) == 1 ? near : further(scheme, mine, near, options), own);
   });
   return result;
 }

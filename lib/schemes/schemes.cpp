@@ -78,6 +78,8 @@ std::optional<double> support_ratio(const Scheme& scheme) {
   return std::max(2.0, degree(scheme) + 0.5);
 }
 
+int reach(const Scheme& scheme) { return recipe(scheme).how == How::Passes ? 2 : 1; }
+
 std::string_view name(Symmetry symmetry) {
   return spelling(std::to_array<std::string_view>({"none", "symmetric", "antisymmetric"}),
                   symmetry);

@@ -132,7 +132,9 @@ void require_neighbours(const Cloud& cloud, const Neighbours& near) {
 /// Row k of a matrix, of point i.
 void require_row(const SparseMatrix& matrix, int k, int i, const Scheme& scheme,
                  RowOutcome outcome) {
-  long double sum = 0, magnitude = 0;
+  const bool is_value = scheme.derivative == Derivative::Value && outcome != RowOutcome::Zero;
+  const long double sign = scheme.consistency == Consistency::Symmetric ? -1 : 1;
+  long double sum = is_value ? -1 : 0, magnitude = is_value ? 1 : 0;
   bool has_diagonal = false;
   for (int e = matrix.outerIndexPtr()[k]; e < matrix.outerIndexPtr()[k + 1]; ++e) {
     const int j = matrix.innerIndexPtr()[e];
@@ -144,12 +146,12 @@ void require_row(const SparseMatrix& matrix, int k, int i, const Scheme& scheme,
     require(scheme.consistency != Consistency::Positive || j == i || a >= 0,
             "positive stencils are positive");
     has_diagonal |= j == i;
-    sum += a;
+    sum += j == i ? sign * a : a;
     magnitude += std::abs(static_cast<long double>(a));
   }
   require(has_diagonal, "each row has its diagonal");
   // Rounding: the diagonal is the sum of up to 40 others; the last digit may be a denormal's.
-  require(std::abs(sum) <= 1e-14L * magnitude + 1e-320L, "rows sum to zero");
+  require(std::abs(sum) <= 1e-14L * magnitude + 1e-320L, "rows sum to what they should");
 }
 
 void require_operator(const Case& c, const Cloud& cloud, const Neighbours& near,
@@ -181,14 +183,17 @@ void require_operator(const Case& c, const Cloud& cloud, const Neighbours& near,
             "rows come about as the policy allows");
     const bool widened = outcome == RowOutcome::Widened;
     require(rows.degree[k] == -1
-                ? outcome == RowOutcome::Zero
+                ? outcome == RowOutcome::Zero || degree(c.scheme) == -1
                 : rows.degree[k] <= degree(c.scheme) &&
                       (outcome == RowOutcome::Lowered || rows.degree[k] == degree(c.scheme)),
             "degrees go with outcomes");
-    require(widened ? rows.supports[k] > near.support(i) && std::isfinite(rows.supports[k])
-                    : rows.supports[k] == near.support(i),
+    const bool alone = reach(c.scheme) == 1;  // or made of its neighbours' rows, too
+    require(widened
+                ? !alone || (rows.supports[k] > near.support(i) && std::isfinite(rows.supports[k]))
+                : rows.supports[k] == near.support(i),
             "supports are those used");
-    require(widened ? rows.neighbours[k] >= near.count(i) : rows.neighbours[k] == near.count(i),
+    require(widened || !alone ? rows.neighbours[k] >= near.count(i)
+                              : rows.neighbours[k] == near.count(i),
             "neighbours are counted");
     require(rows.reciprocal_condition[k] >= 0 && rows.reciprocal_condition[k] <= 1 + 1e-12,
             "a reciprocal condition number is between 0 and 1");
@@ -204,7 +209,7 @@ void require_operator(const Case& c, const Cloud& cloud, const Neighbours& near,
 
 void require_reassembled(const Case& c, const Cloud& cloud, const Neighbours& near,
                          const Operator& op) {
-  if (c.scheme.consistency == Consistency::Positive ||
+  if (c.scheme.consistency == Consistency::Positive || reach(c.scheme) > 1 ||
       c.assembly.on_degenerate == OnDegenerate::Widen)
     return;
   Operator again = op;

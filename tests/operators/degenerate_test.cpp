@@ -215,5 +215,22 @@ TEST(Lower, GoesDownDegreeByDegree) {
   }
 }
 
+TEST(TwoPassLaplacian, HasTheSameRowsAloneWhateverThePolicy) {
+  const Cloud cloud = irregular_cloud(2, 12);
+  const Neighbours near = find_neighbours(cloud, 1.15 * cloud.spacing());
+  for (const OnDegenerate policy : {OnDegenerate::Zero, OnDegenerate::Lower, OnDegenerate::Widen}) {
+    const Operator all = assemble("laplacian-kgf", cloud, near, {.on_degenerate = policy});
+    EXPECT_GT(all.rows.degenerate(), 0);
+    const std::vector<int> rows = {3, 70, 12};
+    const Operator some =
+        assemble("laplacian-kgf", cloud, near, {.on_degenerate = policy, .rows = rows});
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::RowVectorXd row = some.matrix().row(k), expected = all.matrix().row(rows[k]);
+      EXPECT_EQ(row, expected) << k;
+      EXPECT_EQ(some.rows.outcome[k], all.rows.outcome[rows[k]]) << k;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gradpsi

@@ -46,7 +46,11 @@ TEST_P(EveryScene, HasTheMatricesOfOneMachineToTheBit) {
   const Neighbours near = find_neighbours(mine, own_supports);
   const std::vector<int> numbers = all_numbers(partition);
   for (const char* scheme : {"gradient-direct-soc", "laplacian-mixed-zoc", "laplacian-mixed-soc-ls",
-                             "laplacian-positive"}) {
+                             "laplacian-positive", "laplacian-kgf"}) {
+    if (options.on_degenerate == OnDegenerate::Widen && reach(scheme) > 1) {
+      EXPECT_THROW(assemble(scheme, mine, near, options), InvalidInput);
+      continue;
+    }
     const Operator whole = gradpsi::assemble(scheme, cloud, all_near, options);
     const Operator op = assemble(scheme, mine, near, options);
     const auto G = matrices(mine, op);

@@ -9,10 +9,11 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Neighbours of every point by looking at all pairs and, in periodic directions, all images.
-std::vector<std::vector<int>> all_pairs(const Cloud& cloud, const Eigen::VectorXd& supports) {
+/// Neighbours of points 0, every, 2 every, .. by looking at all others and, in periodic directions, all images.
+std::vector<std::vector<int>> all_pairs(const Cloud& cloud, const Eigen::VectorXd& supports,
+                                        int every) {
   std::vector<std::vector<int>> rows(cloud.size());
-  for (int i = 0; i < cloud.size(); ++i)
+  for (int i = 0; i < cloud.size(); i += every)
     for (int j = 0; j < cloud.size(); ++j) {
       double squared = 0;
       for (int a = 0; a < cloud.dimension(); ++a) {
@@ -28,11 +29,11 @@ std::vector<std::vector<int>> all_pairs(const Cloud& cloud, const Eigen::VectorX
   return rows;
 }
 
-void expect_equal_to_all_pairs(const Cloud& cloud, const Eigen::VectorXd& supports) {
+void expect_equal_to_all_pairs(const Cloud& cloud, const Eigen::VectorXd& supports, int every = 1) {
   const Neighbours near = find_neighbours(cloud, supports);
-  const auto expected = all_pairs(cloud, supports);
+  const auto expected = all_pairs(cloud, supports, every);
   ASSERT_EQ(near.size(), cloud.size());
-  for (int i = 0; i < cloud.size(); ++i)
+  for (int i = 0; i < cloud.size(); i += every)
     EXPECT_THAT(near.of(i), testing::ElementsAreArray(expected[i])) << "row " << i;
 }
 
@@ -71,11 +72,11 @@ TEST_P(Search, SeesTheImagesInAPeriodicBox) {
 
 TEST_P(Search, FindsWhatAllPairsFindInLargeClouds) {
   const Cloud cloud = large_cloud();
-  expect_equal_to_all_pairs(cloud, Eigen::VectorXd::Constant(1, 1.9 * cloud.spacing()));
+  expect_equal_to_all_pairs(cloud, Eigen::VectorXd::Constant(1, 1.9 * cloud.spacing()), 7);
   CloudOptions options{.box = {1, 1, 1}};
   std::fill(options.box.begin() + dimension(), options.box.end(), 0);
   expect_equal_to_all_pairs(Cloud(cloud.positions(), options),
-                            Eigen::VectorXd::Constant(1, 1.9 * cloud.spacing()));
+                            Eigen::VectorXd::Constant(1, 1.9 * cloud.spacing()), 7);
 }
 
 TEST_P(Search, DoesNotDependOnTheNumberOfThreads) {
