@@ -70,7 +70,7 @@ void run(const DeriveOptions& options) {
   if (options.at.empty() && scheme.derivative == Derivative::Value)
     throw BadUsage("--scheme", name(scheme) + " is for values elsewhere: --at PROBES.csv");
   const std::vector<std::string> fields = field_names(options.fields);
-  check_outputs(options, {options.output});
+  check_outputs(options, {options.output}, options.at);
   Report report;
   Problem problem = read_problem(options, report);
   check_fields(what, fields, options, problem.axes);

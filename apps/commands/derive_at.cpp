@@ -1,6 +1,7 @@
 #include "commands/derive_at.hpp"
 
 #include <gradpsi/interpolate.hpp>
+#include <utility>
 
 #include "common/stopwatch.hpp"
 
@@ -45,9 +46,9 @@ Problem at_probes(const OperatorOptions& options, const std::filesystem::path& p
   const Positions x = positions(table, points);
   const Eigen::VectorXd h = supports(options, points);
   Stopwatch watch;
-  Problem result{{table, Cloud(x), 0, points.axes}};
-  result.op = interpolate(scheme, points.cloud, x, h,
-                          {.kernel = kernel(options.kernel), .threads = options.threads});
+  Operator op = interpolate(scheme, points.cloud, x, h,
+                            {.kernel = kernel(options.kernel), .threads = options.threads});
+  Problem result{{table, Cloud(x), 0, points.axes}, {}, std::move(op)};
   report.seconds.weights = watch.lap();
   report.probes = x.rows();
   describe(result.op, result, report);

@@ -38,7 +38,7 @@ bool same_file(const path& a, const path& b) {
 
 }  // namespace
 
-void check_outputs(const OperatorOptions& options, std::vector<path> files) {
+void check_outputs(const OperatorOptions& options, std::vector<path> files, const path& probes) {
   if (!options.report.empty()) files.push_back(options.report);
   std::error_code ignored;
   for (const path& file : files) {
@@ -50,6 +50,8 @@ void check_outputs(const OperatorOptions& options, std::vector<path> files) {
       throw InvalidInput("cannot write " + file.string() + ": it is a folder");
     if (same_file(file, options.points))
       throw InvalidInput(file.string() + " is the file of the points; it is not overwritten");
+    if (same_file(file, probes))
+      throw InvalidInput(file.string() + " is the file of the probes; it is not overwritten");
   }
   for (path& file : files)
     file = std::filesystem::weakly_canonical(std::filesystem::absolute(file), ignored);

@@ -14,9 +14,10 @@ namespace gradpsi::apps {
 Option declare_table_output(Options& options, std::filesystem::path& output,
                             const std::string& description);
 
-/// Throws unless the files can be written, as far as can be told beforehand, and are neither the points
+/// Throws unless the files can be written, as far as can be told beforehand, and are neither points, probes
 /// nor the report nor one another. To be called before long work.
-void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::path> files);
+void check_outputs(const OperatorOptions& options, std::vector<std::filesystem::path> files,
+                   const std::filesystem::path& probes = {});
 
 /// The most memory that this process has had, in bytes.
 std::int64_t peak_memory();

@@ -21,8 +21,7 @@ namespace {
 void check(const std::vector<Scheme>& schemes, const Cloud& cloud, const Kernel& kernel) {
   for (const Scheme& scheme : schemes)
     if (!recipe(scheme).fitted || recipe(scheme).form != Form::Monomials)
-      throw InvalidInput(name(scheme) +
-                         " takes the value at the point itself: it is not for probes; " +
+      throw InvalidInput(name(scheme) + " is not for probes: " +
                          std::string(name(scheme.derivative)) + "-mls-P is");
   check_kernel(kernel, cloud.dimension());
 }
@@ -50,9 +49,7 @@ Cloud joined(const Cloud& cloud, const std::vector<int>& used, const Positions& 
   Positions x(n + m, probes.cols());
   x.topRows(n) = cloud.positions()(used, Eigen::all);
   x.bottomRows(m) = probes;
-  std::vector<std::int64_t> numbers(n + m);  // a message about a probe calls it by its number
-  std::iota(numbers.begin() + n, numbers.end(), 0);
-  return Cloud(std::move(x), {.box = cloud.box(), .numbers = std::move(numbers)});
+  return Cloud(std::move(x), {.box = cloud.box()});
 }
 
 Both both(const Cloud& cloud, const DenseVector& volumes, const Positions& probes,

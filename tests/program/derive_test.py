@@ -252,6 +252,11 @@ class Derive(ProgramTest):
         error = self.run_program(*bare, "--scheme", "value-mls-1", expect=1)
         self.assertRegex(error, r"1 of 3 probes is outside the cloud.*: probe 1 at \(2, 2\), 1\.4\d from point 143")
         self.assertIn("gradient-mls-P", self.run_program(*bare, "--scheme", "gradient-ls-1", "--support", 0.3, expect=1))
+        self.assertIn("is the file of the probes", self.run_program(*bare[:-1], probes, "--scheme", "value-mls-1", expect=1))
+        wrong = self.write_points({"x": [0.5, 0.5], "y": [0.5, float("nan")]}, "nan.csv")
+        error = self.run_program("derive", points, "--field", "u", "--at", wrong, "--scheme", "value-mls-1", "-o",
+                                 self.path("there.csv"), expect=1)
+        self.assertIn("probe 1 has a coordinate that is not finite", error)
         for wrong, option in [(["--on-degenerate", "zero"], "--on-degenerate"), (["--on-surface"], "--on-surface"),
                               (["--rows", "u"], "--rows"), (["--symmetric-support"], "--symmetric-support")]:
             self.assertIn(option, self.run_program(*bare, "--scheme", "value-mls-1", *wrong, expect=2))
