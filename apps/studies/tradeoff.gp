@@ -9,17 +9,20 @@ set format xy "10^{%L}"
 set border lw 0.8
 set tics scale 0.6
 
-weights = "direct diffuse diffuse-ns mixed kernel distance"
-colours = "#0072b2 #d55e00 #009e73 #aa3377 #000000 #cc3311"
-consistencies = "zoc foc soc soc-ls positive ls-"
-filled = "7 9 5 13 11 15"
-hollow = "6 8 4 12 10 14"
+weights = "direct diffuse diffuse-ns mixed kernel distance derivatives"
+colours = "#0072b2 #d55e00 #009e73 #aa3377 #000000 #cc3311 #7f7f00"
+# The last are those that the paper cites.
+consistencies = "zoc foc soc soc-ls positive ls- cited"
+filled = "7 9 5 13 11 15 3"
+hollow = "6 8 4 12 10 14 2"
 arrangements = "regular irregular"
 costs = "assemble product solve"
 cost_names = "'search and weights, s' 'a product, s' 'search, weights and solution, s'"
 
 is_of(kind, arrangement) = strstrt(strcol(1), kind) == 1 && strcol(5) eq arrangement
-same(consistency) = consistency eq "ls-" ? strstrt(strcol(19), "ls-") == 1 : strcol(19) eq consistency
+known(name) = strstrt(name, "ls-") == 1 || strstrt(" zoc foc soc soc-ls positive ", " ".name." ") > 0
+same(consistency) = consistency eq "ls-" ? strstrt(strcol(19), "ls-") == 1 : \
+  consistency eq "cited" ? !known(strcol(19)) : strcol(19) eq consistency
 chosen(kind, arrangement, w, c) = is_of(kind, arrangement) && strcol(3) eq default_kernel && \
   strcol(18) eq word(weights, w) && same(word(consistencies, c))
 # A number of this cell, not a number where the cell is empty.
@@ -55,10 +58,10 @@ do for [format in "svg png"] {
         set yrange [*:10]
         plot csv skip 1 using (is_of(kind, arrangement) && strcol(3) ne default_kernel ? cost(k) : NaN):(error(k)) \
             with points pt 7 ps 0.15 lc rgb "#c0c0c0", \
-          for [w = 1:6] for [c = 1:6] csv skip 1 \
+          for [w = 1:7] for [c = 1:7] csv skip 1 \
             using (chosen(kind, arrangement, w, c) && stable(1) ? cost(k) : NaN):(error(k)) \
             with points pt (word(filled, c) + 0) ps 0.6 lc rgb word(colours, w), \
-          for [w = 1:6] for [c = 1:6] csv skip 1 \
+          for [w = 1:7] for [c = 1:7] csv skip 1 \
             using (chosen(kind, arrangement, w, c) && stable(0) ? cost(k) : NaN):(error(k)) \
             with points pt (word(hollow, c) + 0) ps 0.6 lw 0.8 lc rgb word(colours, w), \
           fronts skip 1 using (strcol(1) eq kind && strcol(2) eq word(costs, k) && \
@@ -70,10 +73,10 @@ do for [format in "svg png"] {
     unset title; unset xlabel; unset ylabel; unset border; unset tics; unset grid
     set xrange [1:2]; set yrange [1:2]
     set key center center horizontal maxcols (columns == 2 ? 5 : 6) width 1 samplen 1.5 spacing 1.3
-    weight_names = "direct diffuse diffuse-ns mixed 'W (ls-P)' positive"
-    consistency_names = "zoc foc soc soc-ls positive ls-P"
-    some_weights = kind eq "gradient" ? "1 2 3 5" : "1 2 3 4 5 6"
-    some_consistencies = kind eq "gradient" ? "1 2 3 6" : "1 3 4 5 6"
+    weight_names = "direct diffuse diffuse-ns mixed W positive 'derivatives of W'"
+    consistency_names = "zoc foc soc soc-ls positive ls-P 'cited (x: grows)'"
+    some_weights = kind eq "gradient" ? "1 2 3 5 7" : "1 2 3 4 5 6 7"
+    some_consistencies = kind eq "gradient" ? "1 2 3 6 7" : "1 3 4 5 6 7"
     plot for [w in some_weights] NaN with points pt 7 ps 1.3 lc rgb word(colours, w + 0) \
         title word(weight_names, w + 0), \
       for [c in some_consistencies] NaN with points pt (word(filled, c + 0) + 0) ps 1.3 \
