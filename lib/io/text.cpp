@@ -52,7 +52,7 @@ double number(std::string_view word, const std::string& place) {
 }
 
 int whole_number(std::string_view word, int least, int most, const std::string& place) {
-  int n;
+  int n = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), n);
   if (error != std::errc() || end != word.data() + word.size() || n < least || n > most)
     throw InvalidInput(place + "'" + excerpt(word) + "' is not a whole number from " +
