@@ -81,8 +81,10 @@ Solution Row<D>::solve(const Equations& equations) {
         std::min(solution.reciprocal_condition, gradient.reciprocal_condition);
   }
   for (int o = 0; o < outputs_; ++o) sums_[o] = weights().col(o).sum();
-  solution.solved = solution.solved && sums_.isFinite().all() &&
-                    (solution.reciprocal_condition > checked_below || keeps_promises(equations));
+  solution.solved =
+      solution.solved && sums_.isFinite().all() &&
+      ((solution.reciprocal_condition > checked_below && equations.how != How::ShapeFunctions) ||
+       keeps_promises(equations));
   if (solution.solved) {
     constant_ = equations.constant;
   } else {
@@ -167,6 +169,16 @@ void Row<D>::centre(const Equations& equations, Columns t) {
   }
 }
 
+/// What the moments with the monomials p lack of those of a degree, which p has all of.
+template <int D>
+Eigen::MatrixXd Row<D>::lacking(const Equations& equations, const Columns& p) {
+  Eigen::MatrixXd result = -(p.matrix().transpose().lazyProduct(weights().matrix()));
+  for (const Term& term : equations.terms)
+    if (term.monomial < p.cols())
+      result(term.monomial, term.output) += term.value / unit(equations);
+  return result;
+}
+
 /// Whether the weights meet the conditions of the degree that is promised up to `missed_above`, and the
 /// rounding of what they are applied to is below it as well.
 template <int D>
@@ -176,11 +188,11 @@ bool Row<D>::keeps_promises(const Equations& equations) {
   const double size = equations.order < 2 ? 1 / unit(equations) : 2 / unit(equations);
   const Columns p = test_.columns(n_, m);
   fill_monomials<D>(s(), p);
-  Eigen::MatrixXd missed = p.matrix().transpose().lazyProduct(weights().matrix());
-  for (const Term& term : equations.terms)
-    if (term.monomial < m) missed(term.monomial, term.output) -= term.value / unit(equations);
   const double noise = rounding * weights().abs().colwise().sum().maxCoeff();
-  return std::max(m == 0 ? 0 : missed.cwiseAbs().maxCoeff(), noise) <= missed_above * size;
+  const double sums =
+      is_alone(equations) ? (weights().colwise().sum() - equations.constant).abs().maxCoeff() : 0;
+  const double missed = m == 0 ? 0 : lacking(equations, p).cwiseAbs().maxCoeff();
+  return std::max({missed, noise, sums}) <= missed_above * size;
 }
 
 template <int D>
@@ -231,14 +243,16 @@ Solution Row<D>::normalized(const Equations& equations) {
 /// all such weights those with the least sum a^2 / w. The normal equations with their diagonal scaled to 1
 /// determine C; their rounding, up to 1e-16 times the condition, goes into a second and third round, for what
 /// the weights' own moments still lack. That leaves the error of an orthogonal factorisation. Weights of
-/// values begin with the mean.
+/// values begin with the mean. Without a point of its own a row must sum up to what it should by itself.
 template <int D>
 Solution Row<D>::least_squares(const Equations& equations) {
   const int m = equations.unknowns;
   if (n_ < m) return {};
-  if (equations.constant != 0)
-    weights() =
-        weight() * (equations.constant / (weight().sum() + own_volume_ * kernel_.profile(0).w));
+  const auto add_mean = [&](int output, double sum) {
+    weights().col(output) +=
+        weight().col(0) * (sum / (weight().sum() + own_volume_ * kernel_.profile(0).w));
+  };
+  if (equations.constant != 0) add_mean(0, equations.constant);
   if (m == 0) return {1, true};
   const Columns t = trial_.columns(n_, m);
   fill(equations, t);
@@ -256,6 +270,8 @@ Solution Row<D>::least_squares(const Equations& equations) {
       (scaled_reciprocal <= refined_below) + (scaled_reciprocal <= refined_twice_below);
   Eigen::MatrixXd lacking = wanted;
   for (int n = 0; n <= refinements; ++n) {
+    for (int o = 0; n > 0 && is_alone(equations) && o < outputs_; ++o)
+      add_mean(o, equations.constant - weights().col(o).sum());
     if (n > 0 || equations.constant != 0)
       lacking = wanted - p.matrix().transpose().lazyProduct(weights().matrix());
     combine(t, inverse.matrix.lazyProduct(lacking));
@@ -263,6 +279,8 @@ Solution Row<D>::least_squares(const Equations& equations) {
   return {1 / (one_norm(M) * one_norm(inverse.matrix)), scaled_reciprocal >= singular_below};
 }
 
+/// By the product rule, then with the rounding of second derivatives, which goes with the cube of the condition,
+/// taken out of what the conditions are about.
 template <int D>
 Solution Row<D>::shape_functions(const Equations& equations) {
   if (n_ < equations.unknowns) return {};
@@ -280,6 +298,12 @@ Solution Row<D>::shape_functions(const Equations& equations) {
                 y = monomial_table<D, 2>.rest[term.monomial];
       output += term.value / (x == y ? 2 : 1) / unit * shape.second(x, y);
     }
+  }
+  const Columns p = test_.columns(n_, equations.unknowns);
+  fill_monomials<D>(s(), p);
+  for (int n = 0; n < 2; ++n) {
+    const Eigen::MatrixXd lacking = this->lacking(equations, p);
+    for (int o = 0; o < outputs_; ++o) a.col(o) += shape.with_moments(lacking.col(o));
   }
   return {shape.reciprocal_condition(), true};
 }

@@ -69,7 +69,10 @@ class Row {
   Eigen::MatrixXd targets(const Equations& equations) const;
   void fill(const Equations& equations, Columns t);
   void centre(const Equations& equations, Columns t);
+  Eigen::MatrixXd lacking(const Equations& equations, const Columns& p);
   bool keeps_promises(const Equations& equations);
+  /// Whether u is fitted where there is no point: no diagonal then makes up for what the others lack.
+  bool is_alone(const Equations& equations) const { return equations.fitted && own_volume_ == 0; }
   void combine(const Columns& t, const Eigen::MatrixXd& C);
   void take_first_moments_away(const Columns& gradient);
 

@@ -90,6 +90,12 @@ Eigen::ArrayXd ShapeFunctions<D>::second(int a, int b) const {
   return (ddA_[ab] * f + dA_[a] * fb + dA_[b] * fa + A_ * fab).head(A_.size() - 1);
 }
 
+template <int D>
+Eigen::ArrayXd ShapeFunctions<D>::with_moments(const Eigen::VectorXd& moments) const {
+  const Column f = p_ * (inverse_.rightCols(moments.size()) * moments);
+  return (A_ * f).head(A_.size() - 1);
+}
+
 template class ShapeFunctions<1>;
 template class ShapeFunctions<2>;
 template class ShapeFunctions<3>;

@@ -28,6 +28,9 @@ class ShapeFunctions {
   /// d N_j / dx_a of the neighbours, or d^2 N_j / dx_a dx_b.
   Eigen::ArrayXd first(int a) const;
   Eigen::ArrayXd second(int a, int b) const;
+  /// omega_j W(s_j) c . p_1(s_j) of the neighbours, c such that the moments with the monomials of degree 1 to P
+  /// are these, to the rounding of the inverse, and the sum with the point itself 0.
+  Eigen::ArrayXd with_moments(const Eigen::VectorXd& moments) const;
 
  private:
   using Column = Eigen::ArrayXd;

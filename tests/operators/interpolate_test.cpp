@@ -206,6 +206,27 @@ TEST(Interpolate, ConservativeTransferIsTheAdjointAndKeepsTheSum) {
   EXPECT_THROW(conservative_transfer(value, cloud.volumes()), InvalidInput);
 }
 
+// Nearly as many conditions as neighbours, on a lattice whose corners the probes are next to: no diagonal makes
+// up for what the rows' sums lack.
+TEST(Interpolate, RowsNearTheLimitSumUpToWhatTheyShould) {
+  const Cloud cloud = make_cloud({.dimension = 3, .points_per_side = 9});
+  Positions probes(2, 3);
+  probes << 0.151, 0.0024, 0.0256, 0.0034, 0.313, 0.686;
+  for (const double ratio : {4.6, 5.0}) {
+    const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, ratio * cloud.spacing());
+    for (const Scheme& scheme : of_degree(4)) {
+      const Operator op = interpolate(scheme, cloud, probes, h);
+      for (const SparseMatrix& A : op.axes)
+        for (int k = 0; k < A.rows(); ++k) {
+          const Eigen::VectorXd row = A.row(k).transpose();
+          EXPECT_NEAR(row.sum(), scheme.derivative == Derivative::Value ? 1 : 0,
+                      1e-12 * row.lpNorm<1>())
+              << name(scheme) << ' ' << k << ' ' << ratio;
+        }
+    }
+  }
+}
+
 TEST(Interpolate, NothingOfNothing) {
   const Cloud cloud = irregular_cloud(2, 8);
   const Operator op =

@@ -1,5 +1,8 @@
 // Rows whose support grows until they can be solved.
 
+#include <algorithm>
+#include <random>
+
 #include "clouds.hpp"
 
 namespace gradpsi {
@@ -53,6 +56,28 @@ TEST(Widen, GradientsKeepOnePattern) {
   const Eigen::VectorXd u = cloud.positions() * Eigen::Vector3d(2, -3, 5);
   EXPECT_NEAR((dz * u).minCoeff(), 5, 1e-9);
   EXPECT_NEAR((dz * u).maxCoeff(), 5, 1e-9);
+}
+
+// The second derivatives of shape functions round with the cube of the condition, which is large where a row has
+// just enough neighbours.
+TEST(Widen, ShapeFunctionsKeepWhatTheyPromise) {
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  Positions x(300, 2);
+  for (double& coordinate : x.reshaped()) coordinate = uniform(generator);
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Constant(300, 1.0 / 300)});
+  for (const double ratio : {2.2, 2.6, 3.0})
+    for (const char* scheme : {"gradient-rkpm-2", "laplacian-rkpm-2"}) {
+      const Operator op = assemble(scheme, cloud, find_neighbours(cloud, ratio * cloud.spacing()),
+                                   {.on_degenerate = OnDegenerate::Widen});
+      EXPECT_EQ(std::ranges::count(op.rows.outcome, RowOutcome::Zero), 0);
+      for (std::size_t a = 0; a < op.axes.size(); ++a) {
+        const double slope = op.axes.size() == 1 ? 0 : a == 0 ? 2 : -3;
+        const Eigen::ArrayXd error = op.axes[a] * (x * Eigen::Vector2d(2, -3));
+        const Eigen::ArrayXd unit = op.rows.supports.array().pow(op.axes.size() == 1 ? -2 : -1);
+        EXPECT_LE(((error - slope).abs() / unit).maxCoeff(), 1e-5) << scheme << ' ' << ratio;
+      }
+    }
 }
 
 TEST(Widen, StopsAtTheCapAndAtHalfAPeriodicBox) {

@@ -142,7 +142,8 @@ double* weights(Workspace work, int outputs, int r, int output) {
 }
 
 /// Weights whose moments are `target`, one column an output: in two rounds, the second for what the moments
-/// of the first still lack. Values begin with the mean.
+/// of the first still lack. Values begin with the mean; rows without a point of their own must sum up to what they
+/// should by themselves.
 template <int D, int P, int W>
 [[gnu::always_inline]] inline void fill_weights(
     const BatchSystem& system, const Batch<W>& batch, const Entries<D>* row, Workspace work,
@@ -152,13 +153,17 @@ template <int D, int P, int W>
   using V = Lanes<W>;
   constexpr int M = monomial_count<D, P>;
   const int outputs = system.outputs;
-  V lacking[most_outputs][M], correction[most_outputs][M], of_1[most_outputs], own[M];
-  for (int o = 0; o < outputs; ++o)
-    for (int l = 0; l < M; ++l) {
-      lacking[o][l] = target[o][l];
-      if (system.orders[o] == 0) lacking[o][l] -= centre.sum[l] * centre.per_total;
-    }
+  V lacking[most_outputs][M], lacking_sum[most_outputs], correction[most_outputs][M],
+      of_1[most_outputs], own[M];
+  for (int o = 0; o < outputs; ++o) {
+    for (int l = 0; l < M; ++l) lacking[o][l] = target[o][l];
+    lacking_sum[o] = V{} + (system.orders[o] == 0 ? 1.0 : 0.0);
+  }
   for (int round = 0; round < 2; ++round) {
+    for (int o = 0; system.fitted && o < outputs; ++o) {
+      of_1[o] = lacking_sum[o] * centre.per_total;
+      for (int l = 0; l < M; ++l) lacking[o][l] -= centre.sum[l] * of_1[o];
+    }
     for (int o = 0; o < outputs; ++o)
       for (int k = 0; k < M; ++k) {
         V sum{};
@@ -166,7 +171,7 @@ template <int D, int P, int W>
         correction[o][k] = sum;
       }
     for (int o = 0; o < outputs; ++o) {
-      of_1[o] = round == 0 && system.orders[o] == 0 ? centre.per_total : V{};
+      if (!system.fitted) of_1[o] = V{};
       for (int l = 0; system.fitted && l < M; ++l)
         of_1[o] -= correction[o][l] * (centre.sum[l] * centre.per_total);
     }
@@ -177,6 +182,10 @@ template <int D, int P, int W>
         for (int k = 0; round == 0 && k < row[r].padded; ++k) a[k] = 0;
         combine<D, M, W>(row[r], work, correction[o], of_1[o], r, a);
         if (round > 0) continue;
+        lacking_sum[o][r] = 0;
+        if (system.fitted && row[r].own_volume == 0)
+          lacking_sum[o][r] =
+              (system.orders[o] == 0) - sum_of_lanes(column_sum<W>(row[r].padded, a));
         dot_products<W>(
             row[r].padded, M, [&](int) { return a; }, [&](int n) { return work.column(n); }, own);
         for (int l = 0; l < M; ++l) lacking[o][l][r] = target[o][l][r] - sum_of_lanes(own[l]);
