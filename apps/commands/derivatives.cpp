@@ -35,13 +35,19 @@ std::string common_stem(const std::vector<std::string>& fields) {
   return stem;
 }
 
+/// Whether the columns' names say that they are a vector's components.
+bool is_vector(const std::vector<std::string>& fields, const std::string& axes) {
+  if (fields.size() != axes.size() || common_stem(fields).empty()) return false;
+  for (std::size_t a = 0; a < fields.size(); ++a)
+    if (fields[a].back() != axes[a]) return false;
+  return true;
+}
+
 /// What the vector is called whose components these columns are: the stem "v" if no column is, else all of
 /// their names.
 std::string vector_name(const std::vector<std::string>& fields, const std::string& axes,
                         const Table& columns) {
-  std::string stem = common_stem(fields);
-  for (std::size_t a = 0; a < fields.size(); ++a)
-    if (fields[a].back() != axes[a]) stem.clear();
+  std::string stem = is_vector(fields, axes) ? common_stem(fields) : "";
   while (stem.ends_with('_')) stem.pop_back();
   return stem.empty() || columns.has(stem) ? joined(fields, "_") : stem;
 }
@@ -158,6 +164,10 @@ void add_quantity(const Quantity& what, const std::vector<std::string>& fields,
   if (!what.of_vector) {
     for (std::size_t c = 0; c < fields.size(); ++c)
       add_of(what, u.col(static_cast<Eigen::Index>(c)), fields[c], unanswered, threads, problem);
+    if (what.derivative == Derivative::Value && fields.size() > 1 &&
+        is_vector(fields, problem.axes))
+      problem.table.add_vector(vector_name(fields, problem.axes, problem.table),
+                               by_axis(fields, problem.axes));
     return;
   }
   const std::string of = vector_name(fields, problem.axes, problem.table);

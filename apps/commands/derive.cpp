@@ -59,7 +59,7 @@ void run_at(const DeriveOptions& options, const Quantity& what,
             const std::vector<std::string>& fields, const Eigen::MatrixXd& u, const Problem& points,
             Report& report) {
   Problem probes = at_probes(options, options.at, points, report);
-  add_quantity(what, fields, u, {}, options.threads, probes);
+  naming(options.at, [&] { add_quantity(what, fields, u, {}, options.threads, probes); });
   write_and_report(options, report, points.table.has("support"), {options.output},
                    [&] { write_table(options.output, probes.table); });
 }

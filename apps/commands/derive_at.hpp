@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <gradpsi/error.hpp>
 
 #include "common/operators.hpp"
 
@@ -15,5 +16,15 @@ namespace gradpsi::apps {
 ///   plane in which they lie
 Problem at_probes(const OperatorOptions& options, const std::filesystem::path& probes,
                   const Problem& points, Report& report);
+
+/// What the call returns; what is wrong with its input is said of this file.
+template <class Call>
+auto naming(const std::filesystem::path& file, const Call& call) {
+  try {
+    return call();
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(file.string() + ": " + error.what());
+  }
+}
 
 }  // namespace gradpsi::apps

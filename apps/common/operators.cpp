@@ -45,6 +45,10 @@ void OperatorOptions::declare(Options& options) {
   options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
 }
 
+bool has_support(const OperatorOptions& options, const Table& table) {
+  return options.support || options.support_ratio || options.neighbours || table.has("support");
+}
+
 Eigen::VectorXd supports(const OperatorOptions& options, const Table& table, const Lie& lie) {
   if (table.has("support")) return table.column("support");
   if (options.support) return Eigen::VectorXd::Constant(1, *options.support);
@@ -62,9 +66,8 @@ Eigen::VectorXd supports(const OperatorOptions& options, const Table& table, con
 }
 
 AssemblyOptions assembly_options(const OperatorOptions& options, const Table& table) {
-  const bool given =
-      options.support || options.support_ratio || options.neighbours || table.has("support");
-  const std::string policy = options.on_degenerate.value_or(given ? "fail" : "widen");
+  const std::string policy =
+      options.on_degenerate.value_or(has_support(options, table) ? "fail" : "widen");
   return {.kernel = kernel(options.kernel),
           .on_degenerate = policy == "fail"    ? OnDegenerate::Fail
                            : policy == "lower" ? OnDegenerate::Lower

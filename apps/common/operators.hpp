@@ -27,6 +27,9 @@ struct OperatorOptions : PointOptions {
   void declare(Options& options);
 };
 
+/// Whether the options or a column say what the supports are.
+bool has_support(const OperatorOptions& options, const Table& table);
+
 /// How the points lie, as far as supports need it: asked only if they do.
 struct Lie {
   std::function<DenseVector()> spacing;              ///< one for all, or one a point

@@ -23,8 +23,10 @@ struct InterpolationOptions {
 /// point among its neighbours; values are fitted, so that what comes there is not the point's own.
 ///
 /// Each matrix is m x n, compressed, columns ascending, with the points within the support of each probe.
-/// A probe's support is that of the point nearest to it. Rows of values sum to 1, those of derivatives to 0, up to
-/// rounding. Operator::volumes are the cloud's, or by number density; all else is of the m probes.
+/// A probe's support is that of the point nearest to it. Without supports it is a tenth more than the distance of
+/// the (3 (m + 1))-th nearest point, m the scheme's unknowns, at least d; where those points do not determine the
+/// fit, of twice, four or eight times as many. Rows of values sum to 1, those of derivatives to 0, up to rounding.
+/// Operator::volumes are the cloud's, or by number density; all else is of the m probes.
 ///
 /// Cost: one pass over the cloud, and for each probe a search and the scheme's system. Volumes by number density
 /// take the neighbours of all points.
@@ -32,18 +34,21 @@ struct InterpolationOptions {
 /// @param scheme    one that fits u at the point, too: value-mls-P, gradient-mls-P, laplacian-mls-P, hessian-mls-P
 /// @param cloud     n points
 /// @param probes    m x d; with a periodic box, probes outside it stand for their image
-/// @param supports  n lengths > 0, or one for all, as find_neighbours() takes them
+/// @param supports  n lengths > 0, or one for all, as find_neighbours() takes them; empty: as needed
 /// @param options   kernel and threads
 /// @throws InvalidInput  if the scheme is another one; if a size, a number or a support is out of range; for
-///   probes farther than half the support from all points, naming them with their distance: nothing is
-///   extrapolated from afar
+///   probes outside the cloud, naming them with their distance: farther from all points than half the support,
+///   without supports if that is also more than their nearest point is from its (3 (d + 1))-th nearest
 /// @throws StencilError  for the first probe whose row cannot be computed: a larger support has more neighbours
 Operator interpolate(const Scheme& scheme, const Cloud& cloud, const Positions& probes,
-                     const VectorView& supports, const InterpolationOptions& options = {});
+                     const VectorView& supports = DenseVector(),
+                     const InterpolationOptions& options = {});
 
-/// Several from one pass, in the order of `schemes`: those of a degree share their systems.
+/// Several from one pass, in the order of `schemes`: those of a degree share their systems. Without supports they
+/// are what the one with the most unknowns needs.
 std::vector<Operator> interpolate(const std::vector<Scheme>& schemes, const Cloud& cloud,
-                                  const Positions& probes, const VectorView& supports,
+                                  const Positions& probes,
+                                  const VectorView& supports = DenseVector(),
                                   const InterpolationOptions& options = {});
 
 /// Brings densities from the probes to the points, conserving their sum: with V the values at the probes,
@@ -51,8 +56,8 @@ std::vector<Operator> interpolate(const std::vector<Scheme>& schemes, const Clou
 /// adjoint of V in the scalar products of the volumes; constants are kept as far as the probes' volumes fill the
 /// points'.
 /// @param value          of a value-... scheme, as interpolate() returned it
-/// @param probe_volumes  m volumes (length^d)
-/// @throws InvalidInput  if sizes disagree or the operator has no single matrix
+/// @param probe_volumes  m volumes > 0 (length^d)
+/// @throws InvalidInput  if sizes disagree, a volume is not > 0 and finite, or the operator's rows are not of values
 SparseMatrix conservative_transfer(const Operator& value, const VectorView& probe_volumes);
 
 }  // namespace gradpsi

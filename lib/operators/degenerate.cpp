@@ -7,6 +7,7 @@
 
 #include "base/names.hpp"
 #include "base/text.hpp"
+#include "cloud/points.hpp"
 #include "gradpsi/error.hpp"
 #include "operators/surface.hpp"
 
@@ -46,13 +47,14 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
       : rcond > checked_below                        ? "its weights are not finite"
       : rcond >= singular_below ? "rounding makes its weights miss their conditions"
                                 : "its moment system is singular";
+  const int point = rows.point(static_cast<int>(first));
   throw StencilError(name(scheme) + " cannot be computed at " + what + ' ' +
-                         std::to_string(cloud.number(rows.point(static_cast<int>(first)))) + ": " +
-                         why + " (" + std::to_string(neighbours) +
-                         " neighbours, reciprocal condition number " + shortest(rcond) + "); " +
+                         std::to_string(cloud.number(point)) + ": " + why + " (" +
+                         std::to_string(neighbours) + " neighbours, reciprocal condition number " +
+                         shortest(rcond) + ", at " + coordinates(cloud.positions(), point) + "); " +
                          std::to_string(count) + " of " + std::to_string(rows.count) +
                          " rows are degenerate",
-                     rows.point(static_cast<int>(first)), neighbours, rcond);
+                     point, neighbours, rcond);
 }
 
 std::string_view name(RowOutcome outcome) {

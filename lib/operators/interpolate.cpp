@@ -1,12 +1,14 @@
 #include "gradpsi/interpolate.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
 
 #include "base/cpu.hpp"
 #include "base/parallel.hpp"
+#include "base/text.hpp"
 #include "gradpsi/assemble.hpp"
 #include "gradpsi/error.hpp"
 #include "operators/assemble.hpp"
@@ -93,9 +95,73 @@ SparseMatrix without_probes(const SparseMatrix& A, const Both& both, int points,
 
 DenseVector volumes(const Cloud& cloud, const VectorView& supports,
                     const InterpolationOptions& options) {
+  constexpr double ratio = 2.5;
   if (cloud.has_volumes() || cloud.size() == 0) return cloud.volumes();
-  return number_density_volumes(cloud, find_neighbours(cloud, supports, options.threads),
-                                options.kernel, options.threads);
+  const DenseVector h = supports.size() > 0
+                            ? DenseVector(supports)
+                            : DenseVector(ratio * local_spacing(cloud, options.threads));
+  return number_density_volumes(cloud, find_neighbours(cloud, h, options.threads), options.kernel,
+                                options.threads);
+}
+
+/// With rows of zeros where there is none.
+std::vector<Operator> at_probes(const std::vector<Scheme>& schemes, const Cloud& cloud,
+                                const DenseVector& volumes, const Positions& probes,
+                                const Neighbours& near, const InterpolationOptions& options) {
+  const Both all = both(cloud, volumes, probes, near);
+  std::vector<Operator> operators = assemble_with(&cpu(), schemes, all.cloud, all.near,
+                                                  {.kernel = options.kernel,
+                                                   .on_degenerate = OnDegenerate::Zero,
+                                                   .rows = all.probes,
+                                                   .threads = options.threads},
+                                                  all.volumes);
+  for (Operator& op : operators) {
+    for (SparseMatrix& matrix : op.axes)
+      matrix = without_probes(matrix, all, cloud.size(), options.threads);
+    op.volumes = volumes;
+    op.points.clear();
+  }
+  return operators;
+}
+
+/// As many points as each probe needs.
+std::vector<Operator> at_nearest(const std::vector<Scheme>& schemes, const Cloud& cloud,
+                                 const Positions& probes, const InterpolationOptions& options) {
+  constexpr int for_each_unknown = 3, most_doublings = 3;
+  int most_unknowns = cloud.dimension();
+  for (const Scheme& scheme : schemes)
+    most_unknowns = std::max(most_unknowns, unknowns(scheme, cloud.dimension()));
+  std::vector<int> counts(probes.rows(), for_each_unknown * (most_unknowns + 1));
+  Neighbours near = nearest_to_probes(cloud, probes, counts, options.threads);
+  const DenseVector own = volumes(cloud, DenseVector(), options);
+  auto operators = at_probes(schemes, cloud, own, probes, near, options);
+  const auto double_degenerate = [&] {
+    std::vector<int> more = counts;
+    for (const Operator& op : operators)
+      for (std::size_t k = 0; k < counts.size(); ++k)
+        if (op.rows.outcome[k] != RowOutcome::AsAsked) more[k] = 2 * counts[k];
+    return std::exchange(counts, more) != counts;
+  };
+  for (int n = 0; n < most_doublings && double_degenerate(); ++n) {
+    near = nearest_to_probes(cloud, probes, counts, options.threads);
+    operators = at_probes(schemes, cloud, own, probes, near, options);
+  }
+  return operators;
+}
+
+/// Rows of values, and of no derivative, sum to 1.
+void check_values(const Operator& op) {
+  constexpr double rounding = 1e-8;
+  if (op.axes.size() != 1 || op.matrix().cols() != op.volumes.size())
+    throw InvalidInput("a transfer takes the one matrix that interpolate(\"value-mls-P\") returns");
+  const SparseMatrix& A = op.matrix();
+  for (int k = 0; k < A.rows(); ++k) {
+    double sum = 0, size = 0;
+    for (SparseMatrix::InnerIterator a(A, k); a; ++a) sum += a.value(), size += std::abs(a.value());
+    if (!(std::abs(sum - 1) <= rounding * size))
+      throw InvalidInput("row " + std::to_string(k) + " sums up to " + shortest(sum) +
+                         ", not to 1: a transfer takes value-mls-P");
+  }
 }
 
 }  // namespace
@@ -111,32 +177,29 @@ std::vector<Operator> interpolate(const std::vector<Scheme>& schemes, const Clou
                                   const InterpolationOptions& options) {
   if (schemes.empty()) return {};
   check(schemes, cloud, options.kernel);
-  const Neighbours near = neighbours_of_probes(cloud, probes, supports, options.threads);
-  const DenseVector own = volumes(cloud, supports, options);
-  const Both all = both(cloud, own, probes, near);
-  std::vector<Operator> operators = assemble_with(&cpu(), schemes, all.cloud, all.near,
-                                                  {.kernel = options.kernel,
-                                                   .on_degenerate = OnDegenerate::Zero,
-                                                   .rows = all.probes,
-                                                   .threads = options.threads},
-                                                  all.volumes);
-  const Cloud places(probes, {.box = cloud.box()});
-  for (std::size_t r = 0; r < schemes.size(); ++r) {
-    Operator& op = operators[r];
-    throw_if_degenerate(schemes[r], places, {nullptr, places.size()}, op, "probe");
-    for (SparseMatrix& matrix : op.axes)
-      matrix = without_probes(matrix, all, cloud.size(), options.threads);
-    op.volumes = own;
-    op.points.clear();
+  std::vector<Operator> operators;
+  if (supports.size() > 0) {
+    const Neighbours near = neighbours_of_probes(cloud, probes, supports, options.threads);
+    operators = at_probes(schemes, cloud, volumes(cloud, supports, options), probes, near, options);
+  } else {
+    operators = at_nearest(schemes, cloud, probes, options);
   }
+  const Cloud places(probes, {.box = cloud.box()});
+  for (std::size_t r = 0; r < schemes.size(); ++r)
+    throw_if_degenerate(schemes[r], places, {nullptr, places.size()}, operators[r], "probe");
   return operators;
 }
 
 SparseMatrix conservative_transfer(const Operator& value, const VectorView& probe_volumes) {
-  if (value.axes.size() != 1 || value.matrix().cols() != value.volumes.size() ||
-      value.matrix().rows() != probe_volumes.size())
-    throw InvalidInput("a transfer from " + std::to_string(probe_volumes.size()) +
-                       " probes needs their values, one matrix of as many rows");
+  check_values(value);
+  const Eigen::Index m = value.matrix().rows();
+  if (m != probe_volumes.size())
+    throw InvalidInput("there are " + std::to_string(m) + " probes and the volumes of " +
+                       std::to_string(probe_volumes.size()));
+  for (Eigen::Index k = 0; k < m; ++k)
+    if (!(probe_volumes[k] > 0 && std::isfinite(probe_volumes[k])))
+      throw InvalidInput("the volume of probe " + std::to_string(k) +
+                         " must be > 0 and finite, not " + shortest(probe_volumes[k]));
   SparseMatrix result = value.matrix().transpose();
   for (int i = 0; i < result.rows(); ++i)
     for (SparseMatrix::InnerIterator a(result, i); a; ++a)

@@ -1,7 +1,6 @@
 #include "operators/widen.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <type_traits>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "operators/degenerate.hpp"
 #include "operators/row.hpp"
 #include "operators/surface.hpp"
+#include "search/check.hpp"
 #include "search/search.hpp"
 
 namespace gradpsi {
@@ -84,14 +84,6 @@ std::vector<int> take(Attempt& attempt, const std::vector<int>& zero, RowReport&
     solved.emplace(k, std::move(attempt.rows[z]));
   }
   return still;
-}
-
-/// Half the smallest length of a periodic box.
-double largest_support(const Cloud& cloud) {
-  double most = std::numeric_limits<double>::infinity();
-  for (const double length : cloud.box())
-    if (length > 0) most = std::min(most, length / 2);
-  return most;
 }
 
 WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenRows& rows,

@@ -8,6 +8,9 @@ namespace gradpsi {
 /// than its skin allows.
 void check_match(const Cloud& cloud, const Neighbours& near, int threads);
 
+/// Half the smallest length of a periodic box; infinity without one.
+double largest_support(const Cloud& cloud);
+
 /// Throws InvalidInput unless there is one support for all or one for each point, each > 0, finite, and at most
 /// half a periodic box.
 void check_supports(const Cloud& cloud, const VectorView& supports);

@@ -162,7 +162,7 @@ double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count, doubl
   int at_x = 0;
   const int found = code_.select[D - 1](candidates_.coordinates().data(), places_.data(), count_,
                                         x.data(), reach * reach, within_.data(), &at_x);
-  squares_.assign(std::max(0, at_x - 1), 0.0);  // without the point itself
+  squares_.assign(std::max(0, at_x - (i >= 0)), 0.0);  // without the point itself
   for (int k = 0; k < found; ++k)
     if (candidates_.number[within_[k]] != i) squares_.push_back(squared_distance(x, within_[k]));
   // Rounding may have left out who is just there.

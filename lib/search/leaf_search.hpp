@@ -40,7 +40,7 @@ class LeafSearch {
   Nearest nearest(const Point<D>& x) const;
   /// The least squared distance of point i, at x, from another one; infinity if there is none.
   double nearest_squared(int i, const Point<D>& x) const;
-  /// The count-th least one, if it is within the reach of gather(); else infinity.
+  /// The count-th least one, if it is within the reach of gather(); else infinity. A place has no number: -1.
   double nearest_squared(int i, const Point<D>& x, int count, double reach);
 
  private:

@@ -25,6 +25,13 @@
 
 namespace gradpsi {
 
+double largest_support(const Cloud& cloud) {
+  double most = std::numeric_limits<double>::infinity();
+  for (const double length : cloud.box())
+    if (length > 0) most = std::min(most, length / 2);
+  return most;
+}
+
 void check_supports(const Cloud& cloud, const VectorView& supports) {
   if (supports.size() != 1 && supports.size() != cloud.size())
     throw InvalidInput("supports has " + std::to_string(supports.size()) + " entries for " +

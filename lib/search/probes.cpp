@@ -19,6 +19,7 @@ namespace gradpsi {
 namespace {
 
 constexpr int probes_per_chunk = 256;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 void check_probes(const Cloud& cloud, const Positions& probes) {
   if (probes.cols() != cloud.dimension())
@@ -30,6 +31,26 @@ void check_probes(const Cloud& cloud, const Positions& probes) {
                          " has a coordinate that is not finite: " + coordinates(probes, k));
 }
 
+void check_not_empty(const Cloud& cloud) {
+  if (cloud.size() == 0) throw InvalidInput("there are probes, but no points around them");
+}
+
+/// As far from a point as about `count` others are, if they lie evenly.
+double likely_reach(const Cloud& cloud, int count) {
+  const Positions& x = cloud.positions();
+  const double side = (x.colwise().maxCoeff() - x.colwise().minCoeff()).maxCoeff();
+  const double share = static_cast<double>(count) / cloud.size();
+  return side > 0 ? side * std::pow(share, 1.0 / cloud.dimension()) : 1;
+}
+
+/// The length that matters: what is looked for is within the reach, or anywhere.
+double length(const Cloud& cloud, const Positions& probes, double reach) {
+  if (reach < infinity) return reach;
+  const double extent =
+      std::max(cloud.positions().cwiseAbs().maxCoeff(), probes.cwiseAbs().maxCoeff());
+  return extent > 0 ? extent : 1;
+}
+
 /// The points in the probes' box widened by the reach, in periodic directions all.
 std::vector<int> points_around(const Cloud& cloud, const Positions& probes, double reach) {
   std::vector<int> result;
@@ -39,8 +60,8 @@ std::vector<int> points_around(const Cloud& cloud, const Positions& probes, doub
   low.array() -= reach, high.array() += reach;
   for (Eigen::Index a = 0; a < d; ++a)
     if (cloud.box()[a] > 0) {
-      low[a] = -std::numeric_limits<double>::infinity();
-      high[a] = -low[a];
+      low[a] = -infinity;
+      high[a] = infinity;
     }
   const double* x = cloud.positions().data();
   for (int i = 0; i < cloud.size(); ++i, x += d) {
@@ -55,81 +76,159 @@ std::vector<int> points_around(const Cloud& cloud, const Positions& probes, doub
 template <int D>
 class ProbeSearch {
  public:
-  /// @param numbers   of the tree's points in the cloud
-  /// @param supports  of the cloud's points, or one
-  ProbeSearch(const Tree<D>& tree, const std::vector<int>& numbers, const VectorView& supports)
-      : tree_(tree), numbers_(numbers), supports_(supports) {}
+  /// @param numbers  of the tree's points in the cloud
+  ProbeSearch(const Tree<D>& tree, const std::vector<int>& numbers)
+      : tree_(tree), numbers_(numbers) {}
+
+  /// The point nearest to x among those within `most`, looked for from `least` on; -1 if there is none.
+  int nearest(const Point<D>& x, double least, double most) {
+    most = tree_.to_units(most);
+    for (double reach = tree_.to_units(least);; reach *= 2) {
+      search_.gather(tree_, x, std::min(reach, most));
+      const auto found = search_.nearest(x);
+      if (found.squared <= reach * reach || reach >= most)
+        return found.number < 0 ? -1 : numbers_[found.number];
+    }
+  }
+
+  /// How far the count-th nearest point is from x; infinity if farther than `most`.
+  double distance(const Point<D>& x, int count, double most) {
+    most = tree_.to_units(most);
+    if (last_ == 0) last_ = tree_.likely_reach({0, tree_.size()}, count);
+    for (double reach = std::min(1.1 * last_, most);; reach = std::min(1.5 * reach, most)) {
+      search_.gather(tree_, x, reach);
+      const double squared = search_.nearest_squared(-1, x, count, reach);
+      if (std::isfinite(squared)) return tree_.to_length(last_ = std::sqrt(squared));
+      if (reach >= most) return infinity;
+    }
+  }
 
   struct Found {
-    std::vector<int> points;  // of the cloud, ascending
-    double support;
-    bool outside;
+    int count;
+    int nearest;      // the nearest point's number in the tree, of several the least
+    double distance;  // its
   };
-  Found operator()(const Point<D>& x) {
-    Found found{{}, supports_[0], true};
-    if (supports_.size() > 1) {
-      const int point = nearest(x).number;
-      if (point < 0) return found;
-      found.support = supports_[numbers_[point]];
-    }
-    const double h = tree_.to_units(found.support);
+  /// Appends the points within the support, ascending.
+  Found within(const Point<D>& x, double support, std::vector<int>& points) {
+    const double h = tree_.to_units(support);
     search_.gather(tree_, x, h);
     search_.sort();
-    found.points.resize(search_.most());
-    found.points.resize(search_.select_all(x, h, found.points.data()));
-    found.outside = !(search_.nearest(x).squared <= h * h / 4);
-    for (int& point : found.points) point = numbers_[point];
-    return found;
+    found_.resize(std::max<std::size_t>(found_.size(), search_.most()));
+    const int count = search_.select_all(x, h, found_.data());
+    for (int k = 0; k < count; ++k) points.push_back(numbers_[found_[k]]);
+    const auto nearest = search_.nearest(x);
+    return {count, nearest.number, tree_.to_length(std::sqrt(nearest.squared))};
   }
 
  private:
-  /// Within the largest support.
-  typename LeafSearch<D>::Nearest nearest(const Point<D>& x) {
-    const double most = tree_.to_units(supports_.maxCoeff());
-    for (double reach = tree_.to_units(supports_.minCoeff());; reach *= 2) {
-      search_.gather(tree_, x, std::min(reach, most));
-      const auto found = search_.nearest(x);
-      if (found.squared <= reach * reach || reach >= most) return found;
-    }
-  }
-
   const Tree<D>& tree_;
   const std::vector<int>& numbers_;
-  VectorView supports_;
   LeafSearch<D> search_;
+  double last_ = 0;  // distance found, where to begin for the next probe
+  std::vector<int> found_;
 };
 
-/// Throws for probes outside the cloud, as far as they are told apart.
-void throw_if_outside(const Cloud& cloud, const Positions& probes,
-                      const std::vector<unsigned char>& outside) {
+/// How many of a point's nearest ones tell how wide gaps are around it.
+int neighbours_told(int dimension) { return 3 * (dimension + 1); }
+
+struct Lists {
+  Neighbours near;
+  std::vector<unsigned char> outside;  // whether no point is within half the support
+};
+
+void take(const std::vector<std::vector<int>>& chunks, Neighbours& near) {
+  std::int64_t entries = 0;
+  for (int k = 0; k < near.size(); ++k) {
+    entries += near.offsets[k + 1];
+    if (entries > std::numeric_limits<int>::max())
+      throw InvalidInput("the probes would have more than 2^31 - 1 neighbours");
+    near.offsets[k + 1] = static_cast<int>(entries);
+  }
+  near.indices.resize(entries);
+  int* to = near.indices.data();
+  for (const std::vector<int>& chunk : chunks) to = std::ranges::copy(chunk, to).out;
+}
+
+/// Lists from the points within `reach` of the probes' box.
+/// @param support_of  (search, x, k): the support of probe k, infinity if these points do not tell
+/// @param is_near     (search, found, place): whether the nearest point is near though it is not within half the
+///   support; place(number) is where a point of the tree is
+template <class SupportOf, class IsNear>
+Lists lists(const Cloud& cloud, const Positions& probes, double reach, int threads,
+            const SupportOf& support_of, const IsNear& is_near) {
+  const auto m = static_cast<int>(probes.rows());
+  Lists result{{IndexVector::Zero(m + 1), {}, DenseVector::Constant(m, infinity)},
+               std::vector<unsigned char>(m, true)};
+  const std::vector<int> numbers = points_around(cloud, probes, reach);
+  if (numbers.empty()) return result;
+  const Cloud around(cloud.positions()(numbers, Eigen::all), {.box = cloud.box()});
+  const Cloud places(probes, {.box = cloud.box()});
+  std::vector<std::vector<int>> chunks((m + probes_per_chunk - 1) / probes_per_chunk);
+  dispatch(cloud.dimension(), [&](auto d) {
+    const Tree<d> tree(around, length(cloud, probes, reach), threads);
+    const auto x = tree.scaled(places, threads);
+    const auto place = [&](int number) {
+      return tree.scaled(Cloud(around.positions().row(number), {.box = cloud.box()}), 1).front();
+    };
+    parallel_chunks(m, probes_per_chunk, threads,
+                    [&, search = ProbeSearch<d>(tree, numbers)](int begin, int end) mutable {
+                      for (int k = begin; k < end; ++k) {
+                        const double h = support_of(search, x[k], k);
+                        result.near.supports[k] = h;
+                        if (h == infinity) continue;
+                        const auto found = search.within(x[k], h, chunks[k / probes_per_chunk]);
+                        result.near.offsets[k + 1] = found.count;
+                        result.outside[k] =
+                            found.distance > h / 2 && !is_near(search, found, place);
+                      }
+                    });
+  });
+  take(chunks, result.near);
+  return result;
+}
+
+struct Nearest {
+  int point = 0;
+  double distance = infinity;
+};
+
+/// By looking at all of them.
+Nearest nearest_point(const Cloud& cloud, const Positions& probes, Eigen::Index k) {
+  Nearest result;
+  dispatch(cloud.dimension(), [&](auto d) {
+    for (int i = 0; i < cloud.size(); ++i) {
+      const double r = displacement<decltype(d)::value>(
+                           probes.row(k).data(), cloud.positions().row(i).data(), cloud.box())
+                           .norm();
+      if (r < result.distance) result = {i, r};
+    }
+  });
+  return result;
+}
+
+/// Throws for probes outside the cloud, telling some of them.
+/// @param supports  as given to neighbours_of_probes(); empty: found
+void throw_if_outside(const Cloud& cloud, const Positions& probes, const Lists& found,
+                      const VectorView& supports) {
   constexpr int told = 3;
-  const auto count = std::ranges::count(outside, 1);
+  const auto count = std::ranges::count(found.outside, true);
   if (count == 0) return;
   std::string which;
   int tells = 0;
   for (Eigen::Index k = 0; k < probes.rows() && tells < told; ++k) {
-    if (!outside[k]) continue;
+    if (!found.outside[k]) continue;
     ++tells;
+    const Nearest nearest = nearest_point(cloud, probes, k);
     which += (which.empty() ? "probe " : ", probe ") + std::to_string(k) + " at " +
-             coordinates(probes, k);
-    if (cloud.size() == 0) continue;
-    const auto distance = [&](int i) {
-      return dispatch(cloud.dimension(), [&](auto d) {
-        return displacement<decltype(d)::value>(probes.row(k).data(),
-                                                cloud.positions().row(i).data(), cloud.box())
-            .norm();
-      });
-    };
-    double least = distance(0);
-    int nearest = 0;
-    for (int i = 1; i < cloud.size(); ++i)
-      if (const double r = distance(i); r < least) least = r, nearest = i;
-    which += ", " + rounded(least) + " from point " + std::to_string(cloud.number(nearest));
+             coordinates(probes, k) + ", " + rounded(nearest.distance) + " from point " +
+             std::to_string(cloud.number(nearest.point));
+    if (supports.size() > 0)
+      which += ", where half the support is " +
+               rounded(supports[supports.size() == 1 ? 0 : nearest.point] / 2);
   }
   throw InvalidInput(std::to_string(count) + " of " + std::to_string(probes.rows()) + " probes " +
-                     (count == 1 ? "is" : "are") +
-                     " outside the cloud, farther from its nearest point than half the support: " +
-                     which + (count > tells ? ", .." : ""));
+                     (count == 1 ? "is" : "are") + " outside the cloud: " + which +
+                     (count > tells ? ", .." : ""));
 }
 
 }  // namespace
@@ -139,41 +238,48 @@ Neighbours neighbours_of_probes(const Cloud& cloud, const Positions& probes,
   checked_threads(threads);
   check_probes(cloud, probes);
   check_supports(cloud, supports);
-  const auto m = static_cast<int>(probes.rows());
-  std::vector<unsigned char> outside(m, 1);
-  const double largest = supports.size() > 0 ? supports.maxCoeff() : 1;
-  const std::vector<int> numbers = points_around(cloud, probes, largest);
-  if (numbers.empty()) throw_if_outside(cloud, probes, outside);
-  Neighbours near{IndexVector::Zero(m + 1), {}, {}};
-  near.supports = supports.size() == 1 ? DenseVector(supports) : DenseVector(m);
-  if (m == 0) return near;
-  const Cloud around(cloud.positions()(numbers, Eigen::all), {.box = cloud.box()});
-  const Cloud places(probes, {.box = cloud.box()});
-  std::vector<std::vector<int>> lists(m);
-  dispatch(cloud.dimension(), [&](auto d) {
-    const Tree<d> tree(around, largest, threads);
-    const auto x = tree.scaled(places, threads);
-    parallel_chunks(
-        m, probes_per_chunk, threads,
-        [&, search = ProbeSearch<d>(tree, numbers, supports)](int begin, int end) mutable {
-          for (int k = begin; k < end; ++k) {
-            auto found = search(x[k]);
-            outside[k] = found.outside;
-            if (supports.size() > 1) near.supports[k] = found.support;
-            lists[k] = std::move(found.points);
-          }
-        });
-  });
-  throw_if_outside(cloud, probes, outside);
-  std::int64_t entries = 0;
-  for (int k = 0; k < m; ++k)
-    near.offsets[k + 1] = static_cast<int>(entries += std::ssize(lists[k]));
-  if (entries > std::numeric_limits<int>::max())
-    throw InvalidInput("the probes would have " + std::to_string(entries) +
-                       " neighbours, more than 2^31 - 1");
-  near.indices.resize(entries);
-  for (int k = 0; k < m; ++k) std::ranges::copy(lists[k], near.indices.data() + near.offsets[k]);
-  return near;
+  if (probes.rows() == 0) return {IndexVector::Zero(1), {}, DenseVector(0)};
+  check_not_empty(cloud);
+  const double least = supports.minCoeff(), most = supports.maxCoeff();
+  const auto support_of = [&](auto& search, const auto& x, int) {
+    if (supports.size() == 1) return most;
+    const int point = search.nearest(x, least, most);
+    return point < 0 ? infinity : supports[point];
+  };
+  Lists found = lists(cloud, probes, most, threads, support_of,
+                      [](auto&, const auto&, const auto&) { return false; });
+  throw_if_outside(cloud, probes, found, supports);
+  return std::move(found.near);
+}
+
+Neighbours nearest_to_probes(const Cloud& cloud, const Positions& probes,
+                             const std::vector<int>& counts, int threads) {
+  constexpr double wider = 1.1;  // the farthest one is to count, too
+  checked_threads(threads);
+  check_probes(cloud, probes);
+  if (probes.rows() == 0) return {IndexVector::Zero(1), {}, DenseVector(0)};
+  check_not_empty(cloud);
+  const double limit = largest_support(cloud),
+               likely = 3 * likely_reach(cloud, std::ranges::max(counts));
+  const int around = std::min(neighbours_told(cloud.dimension()), cloud.size() - 1);
+  Lists found;
+  for (const double reach : {likely, infinity}) {
+    const double most = std::min(reach / wider, limit);
+    const auto support_of = [&](auto& search, const auto& x, int k) {
+      const double r = search.distance(x, std::min(counts[k], cloud.size()), most);
+      if (r == infinity) return reach == infinity ? limit : r;
+      return std::min(limit, r > 0 ? wider * r : likely);
+    };
+    const auto is_near = [&](auto& search, const auto& nearest, const auto& place) {
+      if (around == 0) return false;
+      const double r = search.distance(place(nearest.nearest), around + 1, most - nearest.distance);
+      return r < infinity ? nearest.distance <= r : reach == infinity;
+    };
+    found = lists(cloud, probes, reach, threads, support_of, is_near);
+    if (std::ranges::count(found.outside, true) == 0) break;
+  }
+  throw_if_outside(cloud, probes, found, DenseVector());
+  return std::move(found.near);
 }
 
 }  // namespace gradpsi

@@ -149,10 +149,10 @@ TEST(Fault17, FewerNeighboursThanUnknownsNamesThePointAndItsNeighbours) {
     EXPECT_EQ(error.point, 0);
     EXPECT_EQ(error.neighbours, 4);
     EXPECT_EQ(error.reciprocal_condition, 0);
-    EXPECT_STREQ(
-        error.what(),
-        "laplacian-mixed-soc cannot be computed at point 0: at least 5 neighbours are "
-        "needed (4 neighbours, reciprocal condition number 0); 5 of 5 rows are degenerate");
+    EXPECT_STREQ(error.what(),
+                 "laplacian-mixed-soc cannot be computed at point 0: at least 5 neighbours are "
+                 "needed (4 neighbours, reciprocal condition number 0, at (0, 0)); 5 of 5 rows are "
+                 "degenerate");
   }
 }
 

@@ -151,6 +151,69 @@ TEST(Interpolate, SupportsAreThoseOfTheNearestPoints) {
   }
 }
 
+TEST(Interpolate, WithoutSupportsEachProbeHasThePointsItNeeds) {
+  for (const bool box : {false, true})
+    for (const int d : {1, 2, 3}) {
+      const Cloud open = make_cloud({.dimension = d,
+                                     .points_per_side = d == 1   ? 60
+                                                        : d == 2 ? 24
+                                                                 : 12,
+                                     .jitter = 0.2,
+                                     .grading = d == 2 ? 20.0 : 1});
+      const Cloud cloud = box ? periodic(open) : open;
+      Positions probes = random_probes(d, 60);
+      probes.row(3) = cloud.positions().row(5);
+      for (const int degree : {0, 1, 2}) {
+        const Scheme scheme(Derivative::Value, Weight::Kernel, Consistency::Mls, degree);
+        const Operator op = interpolate(scheme, cloud, probes);
+        const int count = 3 * (std::max(unknowns(scheme, d), d) + 1);
+        for (Eigen::Index k = 0; k < probes.rows(); ++k) {
+          Eigen::ArrayXXd r = cloud.positions().rowwise() - probes.row(k);
+          if (box) r -= r.round();
+          Eigen::VectorXd distances = r.matrix().rowwise().norm();
+          std::ranges::sort(distances);
+          EXPECT_NEAR(op.rows.supports[k], std::min(1.1 * distances[count - 1], box ? 0.5 : 9.0),
+                      1e-12);
+          EXPECT_EQ(op.rows.neighbours[k], (distances.array() < op.rows.supports[k]).count());
+        }
+        const Eigen::VectorXd u = cloud.positions().col(0).array().pow(degree);
+        if (!box) {
+          EXPECT_LE((op.matrix() * u - Eigen::VectorXd(probes.col(0).array().pow(degree)))
+                        .lpNorm<Eigen::Infinity>(),
+                    1e-11);
+        }
+      }
+    }
+}
+
+// Columns of points ten times as near to one another as the columns: the nearest points lie in two of them.
+TEST(Interpolate, WithoutSupportsALayerTakesMorePoints) {
+  Positions x(20 * 41, 2);
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 41; ++j) x.row(41 * i + j) << i, 0.1 * j;
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Constant(x.rows(), 0.1)});
+  Positions probes(2, 2);
+  probes << 7.4, 2.01, 12, 1;
+  const Operator op = interpolate("laplacian-mls-2", cloud, probes);
+  EXPECT_GT(op.rows.supports.minCoeff(), 1);
+  const Eigen::VectorXd u = x.col(0).array() * x.col(1).array() + 2 * x.col(0).array().square();
+  EXPECT_LE((op.matrix() * u - Eigen::VectorXd::Constant(2, 4)).lpNorm<Eigen::Infinity>(), 1e-8);
+}
+
+TEST(Interpolate, WithoutSupportsNoPointTooFew) {
+  for (const int n : {1, 2, 3, 4}) {
+    const Cloud cloud(random_probes(2, n), {.volumes = Eigen::VectorXd::Ones(n)});
+    Positions probes(n + 1, 2);
+    probes << cloud.positions(), cloud.positions().colwise().mean();
+    const Operator mean = interpolate("value-mls-0", cloud, probes);
+    const Eigen::VectorXd one = mean.matrix() * Eigen::VectorXd::Ones(n);
+    EXPECT_LE((one.array() - 1).abs().maxCoeff(), 1e-15);
+    if (n < 3) {
+      EXPECT_THROW(interpolate("value-mls-1", cloud, probes), StencilError);
+    }
+  }
+}
+
 TEST(Interpolate, ManyProbesInOneCellAreFoundOneByOne) {
   const Cloud cloud = irregular_cloud(3, 12);
   Positions probes = 0.01 * random_probes(3, 20'000);
@@ -227,6 +290,23 @@ TEST(Interpolate, RowsNearTheLimitSumUpToWhatTheyShould) {
   }
 }
 
+TEST(Interpolate, TransfersAreOfValuesAndVolumes) {
+  const Cloud cloud = irregular_cloud(2, 10), other = irregular_cloud(2, 8, 5);
+  const Operator value = interpolate("value-mls-1", cloud, other.positions());
+  const auto refusal = [&](const Operator& op, const Eigen::VectorXd& volumes) {
+    return message_of<InvalidInput>([&] { return conservative_transfer(op, volumes); });
+  };
+  EXPECT_THAT(refusal(value, cloud.volumes()), HasSubstr("64 probes and the volumes of 100"));
+  for (const double bad : {0.0, -1.0, std::nan("")}) {
+    DenseVector volumes = other.volumes();
+    volumes[7] = bad;
+    EXPECT_THAT(refusal(value, volumes), HasSubstr("volume of probe 7"));
+  }
+  for (const char* scheme : {"laplacian-mls-2", "gradient-mls-1"})
+    EXPECT_THAT(refusal(interpolate(scheme, cloud, other.positions()), other.volumes()),
+                HasSubstr("value-mls-P"));
+}
+
 TEST(Interpolate, NothingOfNothing) {
   const Cloud cloud = irregular_cloud(2, 8);
   const Operator op =
@@ -248,12 +328,15 @@ TEST(Fault46, ProbesOutsideTheCloudAreNamedWithTheirDistance) {
   probes << 0.5, 0.5, 3, 0.95, 0.2, 0.3, 0.95, -4, 1.02, 1.02;  // the last one is near enough
   const std::string message = refusal("value-mls-1", cloud, probes, h);
   EXPECT_THAT(message, HasSubstr("2 of 5 probes are outside the cloud"));
-  EXPECT_THAT(message, HasSubstr("probe 1 at (3, 0.95), 2.05 from point 99"));
+  EXPECT_THAT(
+      message,
+      HasSubstr("probe 1 at (3, 0.95), 2.05 from point 99, where half the support is 0.15"));
   EXPECT_THAT(message, HasSubstr("probe 3 at (0.95, -4), 4.05 from point 90"));
   const Eigen::VectorXd each = Eigen::VectorXd::Constant(100, 0.3);
   EXPECT_EQ(refusal("value-mls-1", cloud, probes, each), message);
   EXPECT_THAT(refusal("value-mls-1", Cloud(Positions(0, 2), {.volumes = {}}), probes, h),
-              HasSubstr("5 of 5 probes are outside"));
+              HasSubstr("no points"));
+  EXPECT_THAT(refusal("value-mls-1", cloud, probes, {}), HasSubstr("2 of 5 probes are outside"));
 }
 
 TEST(Fault46, ProbesThatAreNoneAreNamed) {

@@ -244,15 +244,34 @@ class Derive(ProgramTest):
         data = meshio.read(self.path("there.vtu")).point_data
         np.testing.assert_allclose(data["div_u_v"], 2 * x - 3 * y + 2 * y, atol=1e-8)
 
+    def test_probes_of_a_velocity_have_its_vector(self):
+        points = self.square(vx=lambda x, y: x + y, vy=lambda x, y: x - y)
+        probes = self.write_points({"x": [0.3, 0.6], "y": [0.4, 0.7]}, "probes.csv")
+        self.run_program("derive", points, "--field", "vx,vy", "--scheme", "value-mls-1", "--at", probes, "-o",
+                         self.path("there.vtu"))
+        data = meshio.read(self.path("there.vtu")).point_data
+        np.testing.assert_allclose(data["v"], [[0.7, -0.1, 0], [1.3, -0.1, 0]], atol=1e-12)
+
     def test_probes_that_cannot_be_are_refused(self):
         points = self.square(u=lambda x, y: x)
         x = np.array([0.5, 2.0, 0.3])
         probes = self.write_points({"x": x, "y": x}, "probes.csv")
         bare = ["derive", points, "--field", "u", "--at", probes, "-o", self.path("there.csv")]
         error = self.run_program(*bare, "--scheme", "value-mls-1", expect=1)
-        self.assertRegex(error, r"1 of 3 probes is outside the cloud.*: probe 1 at \(2, 2\), 1\.4\d from point 143")
+        self.assertRegex(error, r"1 of 3 probes is outside the cloud: probe 1 at \(2, 2\), 1\.4\d from point 143")
         self.assertIn("gradient-mls-P", self.run_program(*bare, "--scheme", "gradient-ls-1", "--support", 0.3, expect=1))
         self.assertIn("is the file of the probes", self.run_program(*bare[:-1], probes, "--scheme", "value-mls-1", expect=1))
+        for columns, words in [({"x": [0.5]}, "y"), ({"x": [0.5], "y": [0.5], "u": [1]}, "there is already a column 'u'"),
+                               ({"x": [0.5], "y": [0.5], "z": [0.1]}, "probe 0 has z = 0.1, the points have no z")]:
+            wrong = self.write_points({name: np.array(column) for name, column in columns.items()}, "wrong.csv")
+            error = self.run_program("derive", points, "--field", "u", "--at", wrong, "--scheme", "value-mls-1", "-o",
+                                     self.path("there.csv"), expect=1)
+            self.assertIn("wrong.csv: ", error)
+            self.assertIn(words, error)
+        inside = self.write_points({"x": [0.52], "y": [0.5]}, "inside.csv")
+        error = self.run_program("derive", points, "--field", "u", "--at", inside, "--scheme", "value-mls-4", "--support",
+                                 0.15, "-o", self.path("there.csv"), expect=1)
+        self.assertRegex(error, r"probe 0: at least 14.*at \(0\.52, 0\.5\)\).*; without a support, each probe has one")
         wrong = self.write_points({"x": [0.5, 0.5], "y": [0.5, float("nan")]}, "nan.csv")
         error = self.run_program("derive", points, "--field", "u", "--at", wrong, "--scheme", "value-mls-1", "-o",
                                  self.path("there.csv"), expect=1)

@@ -413,8 +413,11 @@ def test_values_between_the_points():
     np.testing.assert_allclose(gradient.axes[0] @ (x * y), probes[:, 1], atol=1e-10)
     one = gradpsi.interpolate("value-mls-2", cloud, probes, np.full(144, h))
     assert (one.matrix != value.matrix).nnz == 0
+    np.testing.assert_allclose(gradpsi.interpolate("value-mls-2", cloud, probes).matrix @ (x * y), probes.prod(1), atol=1e-12)
     weights = np.random.default_rng(6).random(20)
     R = gradpsi.conservative_transfer(value, weights)
     np.testing.assert_allclose(value.volumes @ (R @ np.ones(20)), weights.sum())
     with pytest.raises(gradpsi.InvalidInput, match="probe 0 at .* from point"):
         gradpsi.interpolate("value-mls-1", cloud, [[5.0, 5.0]], h)
+    with pytest.raises(gradpsi.InvalidInput, match="volume of probe 3"):
+        gradpsi.conservative_transfer(value, np.where(np.arange(20) == 3, np.nan, weights))
