@@ -40,7 +40,9 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
   const int needed = on_surface ? std::max(unknowns(scheme, 2), surface_unknowns(degree(scheme)))
                                 : unknowns(scheme, cloud.dimension());
   const std::string why =
-      neighbours == 0       ? "it has no neighbour"
+      neighbours == 0 ? "it has no neighbour"
+      : recipe(scheme).how == How::Passes
+          ? "a row of " + std::string(recipe(scheme).after) + " that it is made of cannot be"
       : neighbours < needed ? "at least " + std::to_string(needed) + " neighbours are needed"
       : on_surface && op.normals.row(first).isZero() ? "its neighbours lie on no surface"
       : recipe(scheme).how == How::Programme         ? "none of its stencils is positive"

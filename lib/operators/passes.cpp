@@ -137,6 +137,7 @@ Operator two_passes(const Scheme& scheme, const Cloud& cloud, const Neighbours& 
                     const AssemblyOptions& options) {
   const ChosenRows rows = chosen_rows(options, cloud);
   AssemblyOptions of_gradient = options;
+  if (options.on_degenerate == OnDegenerate::Fail) of_gradient.on_degenerate = OnDegenerate::Zero;
   const Scheme after = recipe(scheme).after;
   if (rows.chosen) of_gradient.rows = points_in_reach(after, *rows.chosen, cloud, near, options);
   const Operator gradient = assemble(after, cloud, near, of_gradient);
@@ -155,6 +156,7 @@ Operator two_passes(const Scheme& scheme, const Cloud& cloud, const Neighbours& 
     report(gradient, row_of, i, k, op);
     if (op.normals.size() > 0) op.normals.row(k) = gradient.normals.row(row_of[i]);
   }
+  if (options.on_degenerate == OnDegenerate::Fail) throw_if_degenerate(scheme, cloud, rows, op);
   return op;
 }
 

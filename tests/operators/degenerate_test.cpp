@@ -9,6 +9,7 @@ namespace gradpsi {
 namespace {
 
 using testing::Each;
+using testing::AllOf;
 using testing::HasSubstr;
 
 class Fault02Point : public testing::TestWithParam<SchemeAndDimension> {
@@ -230,6 +231,25 @@ TEST(TwoPassLaplacian, HasTheSameRowsAloneWhateverThePolicy) {
       EXPECT_EQ(some.rows.outcome[k], all.rows.outcome[rows[k]]) << k;
     }
   }
+}
+
+TEST(TwoPassLaplacian, FailsWhereARowThatItIsMadeOfDoes) {
+  const Cloud cloud = irregular_cloud(2, 12);
+  const Neighbours near = find_neighbours(cloud, 1.15 * cloud.spacing());
+  const Operator zero =
+      assemble("laplacian-kgf", cloud, near, {.on_degenerate = OnDegenerate::Zero});
+  std::vector<int> computed;
+  for (int i = 0; i < cloud.size(); ++i)
+    if (zero.rows.outcome[i] == RowOutcome::AsAsked) computed.push_back(i);
+  EXPECT_GT(computed.size(), 0);
+  const Operator some = assemble("laplacian-kgf", cloud, near, {.rows = computed});
+  for (std::size_t k = 0; k < computed.size(); ++k)
+    EXPECT_EQ(Eigen::RowVectorXd(some.matrix().row(k)),
+              Eigen::RowVectorXd(zero.matrix().row(computed[k])));
+  EXPECT_THAT(message_of<StencilError>([&] { assemble("laplacian-kgf", cloud, near); }),
+              AllOf(HasSubstr("laplacian-kgf cannot be computed at point"),
+                    HasSubstr("a row of gradient-mls-1 that it is made of cannot be"),
+                    HasSubstr(std::to_string(zero.rows.degenerate()) + " of 144 rows")));
 }
 
 }  // namespace
