@@ -11,7 +11,7 @@
 //
 //     gradpsi converge --cited --out results
 //
-// has all schemes on irregular points of two spacings instead, errors inside and at the wall apart.
+// has the schemes up to degree 4 on irregular points of two spacings instead, errors inside and at the wall apart.
 
 #include "studies/converge.hpp"
 
@@ -89,7 +89,7 @@ void study_classified(const ConvergeOptions& options) {
 }
 
 void study_cited(const ConvergeOptions& options) {
-  static constexpr int smallest_side = 8;
+  static constexpr int smallest_side = 10;
   const int dimension = options.dimension.value_or(2);
   const int most_points =
       options.most_points(dimension, {40, 40 * 40, 12 * 12 * 12}, {80, 80 * 80, 16 * 16 * 16});
@@ -124,8 +124,8 @@ std::function<void()> declare_converge(Options& options) {
                  "0: as many as there are");
   options.flag(
       "--cited", study->cited,
-      "All schemes, those of the systems that the paper cites beside its own, inside and at the\n"
-      "wall; irregular points of two spacings");
+      "Schemes up to degree 4, those of the systems that the paper cites beside its own, inside\n"
+      "and at the wall; irregular points of two spacings. Blank: it needs a larger support");
   options.count("--points-max", study->points_max, {1, 2147483646}, "N",
                 "The most points of a cloud [2e6, 5e5, 7e4 in 1, 2, 3D; --quick: 2e4, 3e4, 2.5e4;\n"
                 "--cited: 80, 6400, 4096; both: 40, 1600, 1728]");

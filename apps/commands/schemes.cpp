@@ -34,7 +34,9 @@ void print_schemes() {
                "r_ij = x_j - x_i, e_ij = r_ij / r, omega_j the volume of point j, W(r) the kernel, "
                "d the dimension;\nB_i, C0_i, C1_i, c_i and m_i are what meets the conditions in "
                "row i, p the monomials of r_ij;\n"
-               "<t> = sum omega t / sum omega W, j = i among them; [n] is the paper's equation;\n"
+               "in rkpm-P p_1 = (1, p), and b makes these functions N_j reproduce polynomials;\n"
+               "<t> = sum omega t / sum omega W, j = i among them, but not in kgf-improved's sum; "
+               "[n] is the paper's equation;\n"
                "the last column holds with one support for all points.\n\n";
   std::vector<Line> lines = {{"name", "G_ij or psi_ij", "conditions met", "omega_i a_ij"}};
   for (const Scheme& scheme : schemes())

@@ -12,6 +12,10 @@ using std::filesystem::path;
 void ConditionOptions::check_gradient() const {
   if (gradient != positive_walls && Scheme(gradient).derivative != Derivative::Gradient)
     throw InvalidInput(gradient + " is not a gradient");
+  if (gradient != positive_walls && degree(Scheme(gradient)) < 1)
+    throw InvalidInput(
+        gradient +
+        " does not differentiate linear fields exactly: no condition on a slope can be met");
 }
 
 Option ConditionOptions::declare_normal(Options& options) {

@@ -116,7 +116,7 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
       symmetry(options.scheme) != Symmetry::None)
     std::cout << "supports differ, so that the matrix is not " << name(symmetry(options.scheme))
               << " after scaling by volume; with --symmetric-support it is\n";
-  if (Scheme(options.scheme).consistency != Consistency::Zoc && report.worst)
+  if (degree(options.scheme) > 0 && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition
               << (report.probes ? ", at probe " : ", at point ") << report.worst->point << '\n';
   if (report.degenerate.count() > 0) print_degenerate(report.degenerate);

@@ -47,7 +47,7 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
          " widened, ", bad.zero, " zero; the first is ", at(problem, bad.rows.front().point));
   }
   const Distribution condition(rows.reciprocal_condition), amplification(f.rows.amplification);
-  if (f.scheme.consistency != Consistency::Zoc)
+  if (degree(f.scheme) > 0)
     line("reciprocal condition", "least ", text(condition.quantile(0)), " at ",
          at(problem, condition.least_at), ", median ", text(condition.quantile(0.5)));
   line("amplification", "median ", text(amplification.quantile(0.5)), ", 99 % up to ",
@@ -56,8 +56,10 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
   if (f.laplacian()) line("negative weights", text(100 * f.rows.negative_share.mean()), " %");
   const Distribution residual(f.residual);
   line("conditions met",
-       residual.values.empty() ? "by no row" : "to " + text(residual.quantile(1)) + " at worst",
-       " (", conditions(f.scheme), ")");
+       degree(f.scheme) < 0      ? ""
+       : residual.values.empty() ? "by no row "
+                                 : "to " + text(residual.quantile(1)) + " at worst ",
+       "(", conditions(f.scheme), ")");
   if (degree(f.scheme) >= order(f.scheme.derivative)) {
     print_bound(problem, f);
   } else {

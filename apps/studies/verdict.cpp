@@ -66,12 +66,13 @@ std::string on_derivatives(const Findings& f, const RowReport& rows) {
   if (zero == std::ssize(rows.outcome)) return "not fit: no row could be computed";
   if (amplified + zero + lowered == std::ssize(rows.outcome))
     return "not fit: all rows are amplified more than 100 times, of lower consistency or zero";
-  std::string result =
-      degree(f.scheme) < order(f.scheme.derivative)
-          ? "not fit: an uncorrected scheme, its error does not vanish with the spacing"
-      : amplified + zero + lowered == 0
-          ? "fit, exact on polynomials of degree " + std::to_string(degree(f.scheme))
-          : "fit but for";
+  std::string result = degree(f.scheme) < order(f.scheme.derivative)
+                           ? "not fit: not exact on polynomials of degree " +
+                                 text(static_cast<double>(order(f.scheme.derivative))) +
+                                 ", its error does not vanish with the spacing"
+                       : amplified + zero + lowered == 0 ? "fit, exact on polynomials of degree " +
+                                                               std::to_string(degree(f.scheme))
+                                                         : "fit but for";
   if (!result.ends_with("but for")) return result;
   if (amplified > 0) result += " " + count(amplified, "row") + " amplified more than 100 times,";
   if (zero > 0) result += " " + count(zero, "row") + " left zero,";

@@ -76,8 +76,8 @@ int degree(const Scheme& scheme);
 /// to degree(scheme) in d dimensions, binomial(d + P, P) - 1; of laplacian-cspm, d(d+1)/2, those of degree 2.
 int unknowns(const Scheme& scheme, int dimension);
 
-/// The support that a scheme brings along, as a multiple of the spacing. ls-P and mls-P: P + 1/2, at least 2,
-/// what the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
+/// The support that a scheme brings along, as a multiple of the spacing. ls-P, mls-P and rkpm-P: P + 1/2, at least
+/// 2, what the corner of a lattice needs; positive: 5/2. None for the others, where it is the user's choice.
 /// @throws InvalidInput  if it is not one of schemes(), as symmetry() does
 std::optional<double> support_ratio(const Scheme& scheme);
 

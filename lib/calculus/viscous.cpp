@@ -25,6 +25,8 @@ void check(const Operator& hessian, const Operator& gradient, const VectorView& 
   }
   if (hessian.points != gradient.points || !same_pattern(hessian.matrix(), gradient.matrix()))
     throw InvalidInput("the Hessian and the gradient do not share their rows and pattern");
+  if (gradient.points.empty() && gradient.matrix().rows() != gradient.matrix().cols())
+    throw InvalidInput("a viscous force takes operators of rows of the points, not of probes");
   if (mu.size() != gradient.matrix().cols())
     throw InvalidInput("there are " + std::to_string(mu.size()) + " viscosities for " +
                        std::to_string(gradient.matrix().cols()) + " points");

@@ -55,7 +55,7 @@ void throw_if_degenerate(const Scheme& scheme, const Cloud& cloud, const ChosenR
                          std::to_string(neighbours) + " neighbours, reciprocal condition number " +
                          shortest(rcond) + ", at " + coordinates(cloud.positions(), point) + "); " +
                          std::to_string(count) + " of " + std::to_string(rows.count) +
-                         " rows are degenerate",
+                         (count == 1 ? " rows is degenerate" : " rows are degenerate"),
                      point, neighbours, rcond);
 }
 
