@@ -180,6 +180,8 @@ class Diffuse(DiffusionScene):
         self.assertIn("unknown column 'walls'; valid: wall, ", error("--fixed", "walls"))
         self.assertIn("unknown column 'mx'", error("--normal", "m"))
         self.assertIn("unknown method 'cholski'; valid: cholesky, ", error("--method", "cholski"))
+        self.assertIn("gradient-symmetric does not differentiate linear fields exactly",
+                      error("--normal", "n", "--gradient", "gradient-symmetric"))
         self.assertIn("laplacian-mixed-zoc is not a gradient",
                       error("--normal", "n", "--gradient", "laplacian-mixed-zoc"))
         self.assertIn("diffusivity must be >= 0", error("--diffusivity", -1))
