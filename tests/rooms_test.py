@@ -34,7 +34,7 @@ PUBLIC = {
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
     "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "interpolate": "operators", "spmv": "matrix", "solver": "solve",
     "vector_calculus": "calculus",
-    "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io",
+    "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io", "table": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",
 }
 # Headers of others, and the only file that includes them; None: any one file.

@@ -61,7 +61,9 @@ Problem at_probes(const OperatorOptions& options, const std::filesystem::path& p
                   const Problem& points, Report& report) {
   check(options);
   const Scheme scheme = options.scheme;
-  const Table table = read_table(probes);
+  Notes said;
+  const Table table = read_columns(probes, "", said);
+  warn(said, report);
   const Positions x = naming(probes, [&] { return positions(table, points); });
   const InterpolationOptions how{.kernel = kernel(options.kernel), .threads = options.threads};
   const bool given = has_support(options, points.table);

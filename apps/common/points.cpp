@@ -85,8 +85,13 @@ const char* likely_meaning(std::string name) {
 void PointOptions::declare_points(Options& options) {
   options
       .file("POINTS", points, "CSV",
-            "CSV with a header: x, y, z; volume and support if there are; fields")
+            "CSV with a header: x, y, z; volume and support if there are; fields. Or with ;, tabs\n"
+            "or blanks between cells")
       .required();
+  options.text(
+      "--columns", columns, "LIST",
+      "x=\"Points:0\",T=Temp,..: new names of columns, where others mean the coordinates or\n"
+      "volume and support; x,y,T: the names of all columns, of a file without a header");
   std::string names;
   for (const auto& k : kernels()) names += (names.empty() ? "" : ", ") + std::string(k.name);
   options.text("--kernel", kernel, "NAME", "One of " + names);
@@ -114,10 +119,13 @@ CloudOptions cloud_options(const PointOptions& options, const Table& table) {
 }
 
 Points read_points(const PointOptions& options) {
-  Points result{read_table(options.points), Cloud(Positions(0, 1))};
+  Notes said;
+  Points result{read_columns(options.points, options.columns, said), Cloud(Positions(0, 1))};
   result.cloud = make_cloud(result.table, cloud_options(options, result.table));
   const Extent span = extent(result.cloud);
-  result.notes = notes(result.table, result.cloud, span);
+  result.notes = std::move(said);
+  for (std::string& note : notes(result.table, result.cloud, span))
+    result.notes.push_back(std::move(note));
   if (options.duplicates == "drop") drop_duplicates(options, result);
   result.axes = differing_axes(result.cloud, span);
   result.cloud = with_axes(result.cloud, result.axes);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/cli.hpp"
+#include "common/named.hpp"
 
 // The points of a file.
 
@@ -19,6 +20,7 @@ namespace gradpsi::apps {
 /// The options that say what the points are, the same in every command.
 struct PointOptions {
   std::filesystem::path points;
+  std::string columns;
   std::string kernel = std::string(kernels().front().name);
   std::optional<double> volume;
   std::array<double, 3> periodic = {0, 0, 0};
@@ -30,9 +32,6 @@ struct PointOptions {
 
 /// Volumes and box of a table's points.
 CloudOptions cloud_options(const PointOptions& options, const Table& table);
-
-/// What is told about a file's points before anything is computed from them, a sentence each.
-using Notes = std::vector<std::string>;
 
 struct Points {
   Table table;

@@ -1,5 +1,6 @@
 #include "mpi/given.hpp"
 
+#include <gradpsi/error.hpp>
 #include <numeric>
 #include <utility>
 
@@ -26,7 +27,8 @@ void distribute(Given& given, const PointOptions& options) {
   Extent span = extent(cloud);
   for (double& least : span.least) least = reduced(least, MPI_MIN);
   for (double& most : span.most) most = reduced(most, MPI_MAX);
-  given.notes = notes(given.table, cloud, span);
+  given.notes = given.said;
+  for (std::string& note : notes(given.table, cloud, span)) given.notes.push_back(std::move(note));
   given.axes = differing_axes(cloud, span);
   cloud = with_axes(cloud, given.axes);
   given.partition.emplace(comm(), cloud);
@@ -48,7 +50,12 @@ void drop_duplicates(Given& given) {
 
 Given read_share(const PointOptions& options) {
   Given given;
-  together(comm(), [&] { given.table = read_table(options.points, rank(), processes()); });
+  together(comm(), [&] {
+    given.table = read_columns(options.points, options.columns, given.said, rank(), processes());
+    if (!given.table.texts.empty())
+      throw InvalidInput("column '" + given.table.texts.front().name +
+                         "' has texts or whole numbers beyond 2^53, which are for one process");
+  });
   count(given);
   distribute(given, options);
   if (options.duplicates != "drop") return given;

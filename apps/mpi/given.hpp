@@ -14,7 +14,8 @@ struct Given {
   std::int64_t first = 0, all = 0;  ///< number of its first point, and of points in the file
   std::int64_t dropped = 0;         ///< points of all processes that coincide with one before
   std::string axes = "xyz";         ///< differing_axes() of all points
-  Notes notes = {};
+  Notes said = {};                  ///< about the columns
+  Notes notes = {};                 ///< all
   std::optional<petsc::Partition> partition;
 };
 Given read_share(const PointOptions& options);

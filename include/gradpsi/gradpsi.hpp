@@ -29,5 +29,6 @@
 #include "gradpsi/spectrum.hpp"
 #include "gradpsi/spmv.hpp"
 #include "gradpsi/system.hpp"
+#include "gradpsi/table.hpp"
 #include "gradpsi/vector_calculus.hpp"
 #include "gradpsi/walls.hpp"

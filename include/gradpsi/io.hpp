@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -10,8 +9,8 @@
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
-#include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
+#include "gradpsi/table.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
@@ -20,41 +19,14 @@ namespace gradpsi {
 // give the same double again. Files are written beside their final place and renamed when
 // complete: after an error the old file is still there, whole.
 
-/// Columns that are the components of one vector.
-struct TableVector {
-  std::string name;                    ///< no column's
-  std::array<std::string, 3> columns;  ///< along x, y and z; "": 0
-};
-
-/// Named columns of equal length, a field's values contiguous.
-struct Table {
-  std::vector<std::string> names;  ///< no two alike
-  DenseMatrix values;              ///< rows x columns, as many columns as names
-  /// What write_vtu() writes as vectors, beside their columns; other formats have the columns only.
-  std::vector<TableVector> vectors = {};
-
-  /// Whether there is a column of that name.
-  bool has(std::string_view name) const;
-  /// @throws InvalidInput  if there is no such column, listing those there are
-  DenseVector column(std::string_view name) const;
-  /// @throws InvalidInput  if the name is taken or the length differs
-  void add(const std::string& name, const VectorView& values);
-  /// Says that columns are the components of a vector along x, y and z; "": there is none.
-  /// @throws InvalidInput  if the name is taken or there is no such column
-  void add_vector(const std::string& name, const std::array<std::string, 3>& columns);
-  /// Gives a column other values.
-  /// @throws InvalidInput  if there is no such column or the length differs
-  void set(std::string_view name, const VectorView& values);
-  /// The rows of these indices, each from 0 to rows - 1, in this order.
-  Table select(const std::vector<int>& rows) const;
-};
-
-/// A comma-separated file with a header row; quotes around names (without commas inside), a # before
-/// them, CRLF, a byte-order mark and empty lines at the end are accepted, a final line end may be
-/// missing. `nan` and `inf` are numbers here; a Cloud refuses them.
-/// @throws InvalidInput  naming file and line: no header, names that are not UTF-8 text, a name twice, a
-///   row with too many or too few columns, a cell that is not a number or beyond a double, a line above
-///   1 MiB, an empty line before the end
+/// A file of text with a header row and a row a point. Cells are parted by ; tabs , or blanks, of which the first
+/// counts that gives header and rows as many cells. Accepted are quotes around names and cells, decimal commas where
+/// commas do not part cells, exponents with D, lines of remarks (# or //), the last of them as the header where
+/// there is no other, a row of units, CRLF, a byte-order mark, and empty lines at the end; a final line end may be
+/// missing. A first column without a name is `index`. `nan` and `inf` are numbers here; a Cloud refuses them.
+/// Columns with cells that are no numbers are Table::texts, and refused where they are asked for.
+/// @throws InvalidInput  naming file and line: no header, what is not UTF-8 text, a name twice, a row with too many
+///   or too few columns, a line above 1 MiB, an empty line before the end
 /// @throws std::system_error  if the file cannot be read
 Table read_csv(const std::filesystem::path& file);
 
@@ -63,14 +35,11 @@ Table read_csv(const std::filesystem::path& file);
 /// @param file   a regular file
 /// @param part   0 to parts - 1
 /// @param parts  at least 1
-/// @throws InvalidInput  as above, of this part's rows; if part is out of range
+/// @param names  of the columns of a file without a header
+/// @throws InvalidInput  as above, of this part's rows; if part is out of range; if there are names and a header
 /// @throws std::system_error  as above; if parts > 1 and it is no file but a pipe
-Table read_csv(const std::filesystem::path& file, int part, int parts);
-
-/// The points of a table: columns x, then y, then z give position and dimension; `volume`, if there,
-/// the volumes, rather than those of the options.
-/// @throws InvalidInput  if there is no x, a z without y, or what Cloud() refuses
-Cloud make_cloud(const Table& table, CloudOptions options = {});
+Table read_csv(const std::filesystem::path& file, int part, int parts,
+               const std::vector<std::string>& names = {});
 
 /// make_cloud(read_csv(file)): points in open space.
 Cloud read_cloud(const std::filesystem::path& file);
@@ -108,7 +77,8 @@ void write_pvd(const std::filesystem::path& file,
 struct TableFormat {
   std::string_view ending;  ///< ".csv"
   /// Part `part` of `parts` of the rows, as read_csv() gives it; null: the format is only written.
-  Table (*read)(const std::filesystem::path& file, int part, int parts);
+  Table (*read)(const std::filesystem::path& file, int part, int parts,
+                const std::vector<std::string>& names);
   /// Writes the whole table, as write_csv() does.
   void (*write)(const std::filesystem::path& file, const Table& table);
 };
@@ -118,7 +88,8 @@ std::span<const TableFormat> table_formats();
 
 /// A file's rows, or a part of them as read_csv() gives it, in the format that its ending tells.
 /// @throws  as read_csv()
-Table read_table(const std::filesystem::path& file, int part = 0, int parts = 1);
+Table read_table(const std::filesystem::path& file, int part = 0, int parts = 1,
+                 const std::vector<std::string>& names = {});
 
 /// Writes a table in the format that the ending tells.
 /// @throws InvalidInput  listing the endings, if it tells none; as the format's function

@@ -20,10 +20,10 @@ constexpr std::array<TableFormat, 2> table = {{
 
 std::span<const TableFormat> table_formats() { return table; }
 
-Table read_table(const path& file, int part, int parts) {
+Table read_table(const path& file, int part, int parts, const std::vector<std::string>& names) {
   const auto found = std::ranges::find(table, file.extension().string(), &TableFormat::ending);
   const bool readable = found != table.end() && found->read;
-  return (readable ? *found : table.front()).read(file, part, parts);
+  return (readable ? *found : table.front()).read(file, part, parts, names);
 }
 
 void write_table(const path& file, const Table& values) {

@@ -8,6 +8,7 @@
 #include "base/text.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/io.hpp"
+#include "gradpsi/table.hpp"
 
 namespace gradpsi {
 namespace {
@@ -36,11 +37,22 @@ bool Table::has(std::string_view name) const {
   return std::ranges::find(names, name) != names.end();
 }
 
-DenseVector Table::column(std::string_view name) const { return values.col(place_of(name, *this)); }
+const TextColumn* Table::text(std::string_view name) const {
+  const auto found = std::ranges::find(texts, name, &TextColumn::name);
+  return found == texts.end() ? nullptr : &*found;
+}
+
+DenseVector Table::column(std::string_view name) const {
+  const Eigen::Index place = place_of(name, *this);
+  const TextColumn* const cells = text(name);
+  if (cells && !cells->unread.empty()) throw InvalidInput(cells->unread);
+  return values.col(place);
+}
 
 void Table::set(std::string_view name, const VectorView& column) {
   check_length(name, column, *this);
   values.col(place_of(name, *this)) = column;
+  std::erase_if(texts, [&](const TextColumn& text) { return text.name == name; });
 }
 
 void Table::add(const std::string& name, const VectorView& column) {
@@ -62,7 +74,12 @@ void Table::add_vector(const std::string& name, const std::array<std::string, 3>
 }
 
 Table Table::select(const std::vector<int>& rows) const {
-  return {names, values(rows, Eigen::all), vectors};
+  Table result{names, values(rows, Eigen::all), vectors, texts};
+  for (std::size_t k = 0; k < texts.size(); ++k) {
+    result.texts[k].cells.clear();
+    for (const int row : rows) result.texts[k].cells.push_back(texts[k].cells[row]);
+  }
+  return result;
 }
 
 Cloud make_cloud(const Table& table, CloudOptions options) {

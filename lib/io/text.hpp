@@ -9,17 +9,6 @@ namespace gradpsi {
 /// Without blanks at either end.
 std::string_view trimmed(std::string_view text);
 
-/// Calls visit(cell) for each cell of a line.
-template <class Visit>
-void for_each_cell(std::string_view line, const Visit& visit) {
-  for (;;) {
-    const auto comma = line.find(',');
-    visit(trimmed(line.substr(0, comma)));
-    if (comma == line.npos) return;
-    line.remove_prefix(comma + 1);
-  }
-}
-
 /// The words of a line, which blanks part.
 std::vector<std::string_view> words(std::string_view line);
 

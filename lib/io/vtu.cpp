@@ -94,6 +94,7 @@ void write_vtu(const path& file, const Table& table) {
         << "<PointData>\n";
     for (std::size_t c = 0; c < table.names.size(); ++c) {
       if (std::ranges::find(axis_names, table.names[c]) != axis_names.end()) continue;
+      if (table.text(table.names[c])) continue;
       const auto column = table.values.col(static_cast<Eigen::Index>(c));
       write_array(out, "type=\"Float64\" Name=\"" + escaped(table.names[c]) + "\"",
                   std::vector<double>(column.begin(), column.end()));

@@ -42,7 +42,10 @@ void add_fields(Table& table, const py::dict& fields) {
 py::dict columns(const path& file) {
   const Table table = without_gil([&] { return read_csv(file); });
   py::dict result;
-  for (const std::string& name : table.names) result[name.c_str()] = table.column(name);
+  for (const std::string& name : table.names) {
+    const TextColumn* const text = table.text(name);
+    result[name.c_str()] = text ? py::cast(text->cells) : py::cast(table.column(name));
+  }
   return result;
 }
 
@@ -55,8 +58,9 @@ Table table_of(const Cloud& cloud) {
 
 void bind_csv(py::module_& m) {
   m.def("read_csv", &columns, py::arg("file"),
-        R"(The columns of a comma-separated file with a header row: arrays by name.
+        R"(The columns of a file with a header row, parted by ; tabs , or blanks: arrays by name.
 
+A column with cells that are no numbers, or whole numbers beyond 2^53, is a list of str.
 Raises InvalidInput naming file and line, OSError if the file cannot be read.)");
   m.def(
       "write_csv",

@@ -14,6 +14,10 @@ void require_same(const Table& a, const Table& b) {
   require(a.values.rows() == b.values.rows() && a.values.cols() == b.values.cols(), "so do sizes");
   for (Eigen::Index k = 0; k < a.values.size(); ++k)
     require(same(a.values.data()[k], b.values.data()[k]), "and values");
+  require(a.texts.size() == b.texts.size(), "and which columns are texts");
+  for (std::size_t k = 0; k < a.texts.size(); ++k)
+    require(a.texts[k].name == b.texts[k].name && a.texts[k].cells == b.texts[k].cells,
+            "and texts");
 }
 
 void require_points(const Table& table, const Cloud& cloud) {

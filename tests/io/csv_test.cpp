@@ -9,6 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 using Csv = Files;
 using Fault27 = Files;
 using Write = Files;
@@ -38,8 +39,56 @@ TEST_F(Csv, NamesThatNeedQuotesSurvive) {
                     Eigen::MatrixXd::Random(2, 6)};
   write_csv(path("t.csv"), table);
   EXPECT_EQ(read_csv(path("t.csv")).names, table.names);
-  EXPECT_THAT(content(path("t.csv")), HasSubstr(",\",\""));  // only where they are needed
   EXPECT_THAT(content(path("t.csv")), HasSubstr(",a b\n"));
+}
+
+TEST_F(Csv, WhatPartsCellsIsFoundOut) {
+  const Positions expected = (Positions(2, 2) << 0.5, -2, 30, 4).finished();
+  for (const char* text :
+       {"x;y\n0.5;-2\n3e1;4\n", "x;y\n0,5;-2\n3e1;4\n", "x\ty\n0.5\t-2\n3e1\t4\n",
+        "x\ty\n0,5\t-2\n3e1\t4\n", "x y\n0.5 -2\n3e1 4\n", "  x   y\n 0,5 \t -2\n3D1  4 \n",
+        "x,y\n0.5D0,-2\n3d+01,4\n", "\"x\",\"y\"\n\"0.5\",\"-2\"\n30,4\n",
+        "// made by hand\n# x,y\n0.5,-2\n# between\n30,4\n",
+        "# two\n# remarks\nx,y\n0.5,-2\n30,4\n", "# x y\n0.5 -2\n30 4\n",
+        "x,y\n[m],[m]\n0.5,-2\n30,4\n", "x,y,\n0.5,-2,\n30,4,\n",
+        "\"x [m]; east\";x;y\n1;0.5;-2\n1;30;4\n"})
+    EXPECT_EQ(read_cloud(file(text)).positions(), expected) << text;
+  // Once a file has a decimal point, a comma is none; in text beside numbers neither matters.
+  EXPECT_THAT(error("x;y\n0.5;1,234\n"), HasSubstr("column 'y': '1,234' is not a number"));
+  EXPECT_THAT(error("x;y\n0,5;1.5\n"), HasSubstr("column 'y': '1.5' is not a number"));
+  EXPECT_THAT(error("x;y\n1,234.5;1\n"), HasSubstr("column 'x': '1,234.5' is not a number"));
+}
+
+TEST_F(Csv, NamesAreGivenWhereThereIsNoHeader) {
+  const Table table = read_csv(file("1 2 3\n4 5 6\n"), 0, 1, {"x", "y", "T"});
+  EXPECT_EQ(table.column("T"), Eigen::Vector2d(3, 6));
+  EXPECT_EQ(read_csv(file("# x, y\n1 2\n"), 0, 1, {"a", "b"}).names[0], "a");
+  EXPECT_THAT(message_of<InvalidInput>([&] {
+                read_csv(file("x,y\n1,2\n"), 0, 1, {"a", "b"});
+              }),
+              HasSubstr(":1: names are given, but the file has a header"));
+}
+
+TEST_F(Csv, ColumnsThatAreNoNumbersAreKeptAsTheyAre) {
+  const std::string text =
+      "id,x,what,T\n9007199254740993,1,2,3\n1152921504606846977,2,\"a, b\",\n7,3,,nan\n";
+  const Table table = read_csv(file(text));
+  EXPECT_EQ(table.column("x"), Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(table.column("id")[2], 7);  // rounded, but numbers
+  EXPECT_THAT(table.text("id")->cells, ElementsAre("9007199254740993", "1152921504606846977", "7"));
+  EXPECT_EQ(table.text("x"), nullptr);
+  EXPECT_THAT(message_of<InvalidInput>([&] { table.column("what"); }),
+              HasSubstr(":3: column 'what': 'a, b' is not a number"));
+  EXPECT_THAT(message_of<InvalidInput>([&] { table.column("T"); }),
+              HasSubstr(":3: column 'T': '' is not a number"));
+  write_csv(path("out.csv"), table);
+  EXPECT_EQ(content(path("out.csv")), text);
+  EXPECT_THAT(table.select({2, 1}).text("what")->cells, ElementsAre("", "a, b"));
+  Table set = table;
+  set.set("T", Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(set.column("T")[1], 2);
+  write_vtu(path("out.vtu"), table);  // numbers only
+  EXPECT_THAT(content(path("out.vtu")), Not(HasSubstr("what")));
 }
 
 TEST_F(Csv, AHeaderAloneIsNoPoints) {
@@ -102,7 +151,7 @@ TEST_F(Fault27, PartsNameTheLineOfTheWholeFile) {
     for (const int parts : {2, 5, 81}) {
       int errors = 0;
       for (int part = 0; part < parts; ++part) try {
-          read_csv(file(broken), part, parts);
+          read_csv(file(broken), part, parts).column("x");
         } catch (const InvalidInput& failure) {
           EXPECT_EQ(failure.what(), whole);
           ++errors;
@@ -127,9 +176,12 @@ TEST_F(Fault27, BadPointsNameTheLine) {
   EXPECT_THAT(error("x\n1\n\n2\n"), HasSubstr(":3: the line is empty"));
   EXPECT_THAT(error("x,x\n1,2\n"), HasSubstr(":1: two columns are named 'x'"));
   EXPECT_THAT(error("x,\n1,2\n"), HasSubstr(":1: a column has no name"));
-  // A decimal comma makes a column more, a semicolon none.
+  // A decimal comma makes a column more.
   EXPECT_THAT(error("x,y\n1,5,2,5\n"), HasSubstr(":2: 4 columns"));
-  EXPECT_THAT(error("x;y\n1;2\n"), HasSubstr(":2: column 'x;y': '1;2' is not a number"));
+  EXPECT_THAT(error("x,y\n1;2\n"),
+              HasSubstr(":2: 1 columns where the header has 2; it looks parted by ';'"));
+  EXPECT_THAT(error("1,2\n3,4\n"),
+              HasSubstr(":1: expected a header row such as x,y,volume, found numbers"));
 }
 
 TEST_F(Fault27, AHeaderThatIsNotTextIsRefused) {

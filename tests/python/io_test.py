@@ -27,8 +27,9 @@ def test_bad_tables_are_refused(tmp_path):
     with pytest.raises(gradpsi.InvalidInput, match="y must be real numbers"):
         gradpsi.write_csv(tmp_path / "a.csv", {"x": [1, 2], "y": ["a", "b"]})
     (tmp_path / "b.csv").write_text("x,y\n1,2\n3,four\n")
+    assert gradpsi.read_csv(tmp_path / "b.csv")["y"] == ["2", "four"]
     with pytest.raises(gradpsi.InvalidInput, match="b.csv.*3"):
-        gradpsi.read_csv(tmp_path / "b.csv")
+        gradpsi.read_cloud(tmp_path / "b.csv")
 
 
 def test_files_that_are_not_there_are_named(tmp_path):
