@@ -30,7 +30,7 @@ std::vector<int> points_in_reach(const Scheme& gradient, const std::vector<int>&
     for (const int i : rows) reached.insert(reached.end(), near.of(i).begin(), near.of(i).end());
   }
   std::ranges::sort(reached);
-  reached.erase(std::ranges::unique(reached).begin(), reached.end());
+  reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
   return reached;
 }
 

@@ -47,7 +47,7 @@ Neighbours further(const Scheme& scheme, const Subdomain& mine, const Neighbours
   std::vector<int> rows = mine.own();
   rows.insert(rows.end(), near.indices.begin(), near.indices.end());
   std::ranges::sort(rows);
-  rows.erase(std::ranges::unique(rows).begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
   return gradpsi::find_neighbours(mine.cloud(), near.supports, rows, options.threads);
 }
 
