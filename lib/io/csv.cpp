@@ -51,11 +51,11 @@ std::string in_quotes(std::string_view text) {
   return result + '"';
 }
 
-/// A text as a cell of a row.
-std::string cell(const std::string& text) {
-  return text.find_first_of(",\"") != text.npos || trimmed(text) != text || is_comment(text)
-             ? in_quotes(text)
-             : text;
+/// A text as a cell of a row, which has others unless it is alone.
+std::string cell(const std::string& text, bool alone) {
+  const bool needed = text.find_first_of(",\"") != text.npos || trimmed(text) != text ||
+                      is_comment(text) || (alone && text.empty());
+  return needed ? in_quotes(text) : text;
 }
 
 /// Of a column with a cell that is no number, all cells; those before it were numbers.
@@ -89,7 +89,11 @@ void Rows::add(std::string_view line, const Place& place) {
     if (!is_text(cell))
       throw InvalidInput(place() + "column '" + head_.names[column] + "': '" + excerpt(cell) +
                          "' is not a number");
-    keep_text(column, cell, quoted);
+    // Written, commas part cells: numbers with a decimal one would be none.
+    if (is_number && cell.find(',') != cell.npos)
+      keep_text(column, shortest(x), false);
+    else
+      keep_text(column, cell, quoted);
     std::string& why = texts_[text_[column]].unread;
     if (is_number || !why.empty()) return;
     why = place() + "column '" + head_.names[column] + "': ";
@@ -153,7 +157,7 @@ void write_rows(Output& out, const Table& table) {
   for (Eigen::Index i = 0; i < table.values.rows(); ++i)
     for (std::size_t c = 0; c < texts.size(); ++c) {
       if (texts[c])
-        out << (texts.size() > 1 ? cell(texts[c]->cells[i]) : in_quotes(texts[c]->cells[i]));
+        out << cell(texts[c]->cells[i], texts.size() == 1);
       else
         out << table.values(i, static_cast<Eigen::Index>(c));
       out << separator(c, table);

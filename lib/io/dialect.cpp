@@ -17,6 +17,19 @@ NumberReader::Result parse(std::string_view cell, double& x) {
                                                    : Text;
 }
 
+/// How many parts a line has between these separators, those in quotes being none.
+int count_parts(std::string_view line, char separator) {
+  int count = 1;
+  bool quoted = false, blank = false;
+  for (const char c : trimmed(line)) {
+    if (c == '"') quoted = !quoted;
+    const bool is_blank = c == ' ' || c == '\t';
+    if (!quoted) count += separator == ' ' ? is_blank && !blank : c == separator;
+    blank = is_blank && !quoted;
+  }
+  return count;
+}
+
 }  // namespace
 
 QuotedCell take_quoted(std::string_view& line, char separator) {
@@ -54,10 +67,10 @@ int count_cells(std::string_view line, char separator) {
 
 char separator_of(std::string_view header, std::string_view row) {
   constexpr char all[] = {';', '\t', ',', ' '};
-  const auto parts = [&](char separator) { return count_cells(header, separator) > 1; };
+  const auto parts = [&](char separator) { return count_parts(header, separator) > 1; };
   for (const char separator : all)
     if (parts(separator) &&
-        (row.empty() || count_cells(row, separator) == count_cells(header, separator)))
+        (row.empty() || count_parts(row, separator) == count_parts(header, separator)))
       return separator;
   const auto* const found = std::ranges::find_if(all, parts);
   return found == std::end(all) ? ',' : *found;

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <system_error>
@@ -89,6 +90,22 @@ TEST_F(Csv, ColumnsThatAreNoNumbersAreKeptAsTheyAre) {
   EXPECT_EQ(set.column("T")[1], 2);
   write_vtu(path("out.vtu"), table);  // numbers only
   EXPECT_THAT(content(path("out.vtu")), Not(HasSubstr("what")));
+}
+
+// Found by a fuzzer.
+TEST_F(Csv, WhatIsWrittenIsReadAgain) {
+  for (const char* text : {"2,y,;z0,y#x\"x,\"#)\t\t,.5\n", "2,\n2,\n ,\n", "#1,2\n3,4\n",
+                           "a;b,\n0,5;e-3\n,;1\n", "x\na\nb\n1\n"}) {
+    const Table table = read_csv(file(text));
+    write_csv(path("t.csv"), table);
+    const Table back = read_csv(path("t.csv"));
+    EXPECT_EQ(back.names, table.names) << text;
+    EXPECT_EQ(back.values.unaryExpr([](double x) { return std::isnan(x) ? -77 : x; }),
+              table.values.unaryExpr([](double x) { return std::isnan(x) ? -77 : x; }));
+    ASSERT_EQ(back.texts.size(), table.texts.size()) << text;
+    for (std::size_t k = 0; k < table.texts.size(); ++k)
+      EXPECT_EQ(back.texts[k].cells, table.texts[k].cells) << text;
+  }
 }
 
 TEST_F(Csv, AHeaderAloneIsNoPoints) {
