@@ -77,6 +77,7 @@ char separator_of(std::string_view header, std::string_view row) {
 }
 
 bool is_comment(std::string_view line) {
+  if (!line.empty() && line[0] >= '0') return false;  // as nearly all
   const std::string_view text = trimmed(line);
   return text.starts_with('#') || text.starts_with("//");
 }

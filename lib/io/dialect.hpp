@@ -25,9 +25,9 @@ void for_each_cell(std::string_view line, char separator, const Visit& visit) {
   const bool by_blanks = separator == ' ';
   line = by_blanks ? trimmed(line) : line;
   for (;;) {
-    if (const auto first = line.find_first_not_of(" \t");
-        first != line.npos && line[first] == '"') {
-      std::string_view rest = line.substr(first);
+    std::string_view rest = line;
+    if (!rest.empty() && (rest[0] == ' ' || rest[0] == '\t')) rest = trimmed(rest);
+    if (!rest.empty() && rest[0] == '"') {
       if (const QuotedCell cell = take_quoted(rest, separator); cell.closed) {
         visit(cell.inside, true);
         if (cell.last) return;
