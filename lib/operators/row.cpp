@@ -187,7 +187,7 @@ bool Row<D>::keeps_promises(const Equations& equations) {
   const int m = monomials_to(D, std::max(0, equations.exact));
   const double size = equations.order < 2 ? 1 / unit(equations) : 2 / unit(equations);
   const Columns p = test_.columns(n_, m);
-  fill_monomials<D>(s(), p);
+  if (m > 0) fill_monomials<D>(s(), p);
   const double noise = rounding * weights().abs().colwise().sum().maxCoeff();
   const double sums =
       is_alone(equations) ? (weights().colwise().sum() - equations.constant).abs().maxCoeff() : 0;

@@ -8,8 +8,8 @@
 namespace gradpsi {
 namespace {
 
-using testing::Each;
 using testing::AllOf;
+using testing::Each;
 using testing::HasSubstr;
 
 class Fault02Point : public testing::TestWithParam<SchemeAndDimension> {
@@ -214,6 +214,17 @@ TEST(Lower, GoesDownDegreeByDegree) {
         EXPECT_LT((op.matrix().row(i) - row).norm(), 1e-7 * row.norm());
       }
   }
+}
+
+// Found by a fuzzer: a row without conditions whose system is nearly singular was checked for those it has not.
+TEST(NormalizedGradient, OfPointsNearlyInAPlaneIsChecked) {
+  Positions x = irregular_cloud(3, 6).positions();
+  x.col(2) *= 1e-8;
+  const Cloud cloud(x, {.volumes = Eigen::VectorXd::Ones(x.rows())});
+  const Operator op = assemble("gradient-normalized", cloud, find_neighbours(cloud, 0.3),
+                               {.on_degenerate = OnDegenerate::Zero});
+  EXPECT_LT(op.rows.reciprocal_condition.minCoeff(), 1e-12);
+  for (const SparseMatrix& A : op.axes) EXPECT_TRUE(A.coeffs().isFinite().all());
 }
 
 TEST(TwoPassLaplacian, HasTheSameRowsAloneWhateverThePolicy) {
