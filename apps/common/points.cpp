@@ -88,10 +88,9 @@ void PointOptions::declare_points(Options& options) {
             "CSV with a header: x, y, z; volume and support if there are; fields. Or with ;, tabs\n"
             "or blanks between cells")
       .required();
-  options.text(
-      "--columns", columns, "LIST",
-      "x=\"Points:0\",T=Temp,..: new names of columns, where others mean the coordinates or\n"
-      "volume and support; x,y,T: the names of all columns, of a file without a header");
+  options.text("--columns", columns, "LIST",
+               "NAME=COLUMN,..: other names of columns, as in x=\"Points:0\",support=radius; or\n"
+               "x,y,T: the names of all columns, of a file without a header");
   std::string names;
   for (const auto& k : kernels()) names += (names.empty() ? "" : ", ") + std::string(k.name);
   options.text("--kernel", kernel, "NAME", "One of " + names);
