@@ -271,8 +271,10 @@ Neighbours nearest_to_probes(const Cloud& cloud, const Positions& probes,
       return std::min(limit, r > 0 ? wider * r : likely);
     };
     const auto is_near = [&](auto& search, const auto& nearest, const auto& place) {
-      if (around == 0) return false;
-      const double r = search.distance(place(nearest.nearest), around + 1, most - nearest.distance);
+      // As far as these points tell; beyond, there are others that are not among them.
+      const double known = reach < infinity ? most - nearest.distance : limit;
+      if (around == 0 || !(nearest.distance <= known)) return false;
+      const double r = search.distance(place(nearest.nearest), around + 1, known);
       return r < infinity ? nearest.distance <= r : reach == infinity;
     };
     found = lists(cloud, probes, reach, threads, support_of, is_near);

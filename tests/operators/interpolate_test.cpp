@@ -339,6 +339,16 @@ TEST(Fault46, ProbesOutsideTheCloudAreNamedWithTheirDistance) {
   EXPECT_THAT(refusal("value-mls-1", cloud, probes, {}), HasSubstr("2 of 5 probes are outside"));
 }
 
+// Half a periodic box is the most that a support can be: nothing may be within it at all.
+TEST(Fault46, ProbesFarFromAStripAreOutside) {
+  const Positions x = irregular_cloud(2, 8).positions();
+  const Cloud strip(x, {.volumes = Eigen::VectorXd::Ones(64), .box = {1, 0, 0}});
+  for (const double y : {1.4, 1.6, 5.0, 1e6}) {
+    const Positions probe = (Positions(1, 2) << 0.5, y).finished();
+    EXPECT_THAT(refusal("value-mls-1", strip, probe, {}), HasSubstr("1 of 1 probes is outside"));
+  }
+}
+
 TEST(Fault46, ProbesThatAreNoneAreNamed) {
   const Cloud cloud = irregular_cloud(2, 8);
   const Eigen::VectorXd h = Eigen::VectorXd::Constant(1, 0.4);
