@@ -4,7 +4,6 @@
 #include <array>
 #include <gradpsi/spmv.hpp>
 #include <limits>
-#include <sstream>
 
 namespace gradpsi::apps {
 
@@ -132,9 +131,7 @@ const Quantity& quantity(const std::string& wanted, const Scheme& scheme) {
 
 std::vector<std::string> field_names(const std::string& list) {
   std::vector<std::string> names;
-  std::istringstream words(list + ',');
-  for (std::string name; std::getline(words, name, ',');) {
-    if (name.empty()) throw BadUsage("--field", "a name is missing in '" + list + "'");
+  for (const std::string& name : listed("--field", list)) {
     if (std::ranges::find(names, name) != names.end())
       throw BadUsage("--field", "column '" + name + "' is there twice");
     names.push_back(name);

@@ -4,8 +4,19 @@
 #include <exception>
 #include <iostream>
 #include <new>
+#include <sstream>
 
 namespace gradpsi::apps {
+
+std::vector<std::string> listed(const std::string& option, const std::string& list) {
+  std::vector<std::string> names;
+  std::istringstream words(list + ',');
+  for (std::string name; std::getline(words, name, ',');) {
+    if (name.empty()) throw BadUsage(option, "a name is missing in '" + list + "'");
+    names.push_back(name);
+  }
+  return names;
+}
 
 std::string not_empty(const std::string& given) { return given.empty() ? "must not be empty" : ""; }
 

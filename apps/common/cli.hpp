@@ -22,6 +22,10 @@ struct BadUsage : std::runtime_error {
       : std::runtime_error(option + ": " + wrong) {}
 };
 
+/// The names in "a,b,c", the value of that option.
+/// @throws BadUsage  if one is empty
+std::vector<std::string> listed(const std::string& option, const std::string& list);
+
 /// What is wrong with an option's value as it was typed; "" if nothing is.
 using Check = std::function<std::string(const std::string& given)>;
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cctype>
 #include <gradpsi/error.hpp>
-#include <sstream>
 #include <utility>
 
 #include "common/cli.hpp"
@@ -22,10 +21,9 @@ struct Wishes {
 Wishes wishes(const std::string& list) {
   Wishes result;
   if (list.empty()) return result;
-  std::istringstream words(list + ',');
-  for (std::string word; std::getline(words, word, ',');) {
+  for (const std::string& word : listed("--columns", list)) {
     const auto equals = word.find('=');
-    if (word.empty() || equals == 0 || equals + 1 == word.size())
+    if (equals == 0 || equals + 1 == word.size())
       throw BadUsage("--columns", "a name is missing in '" + list + "'");
     if (equals == word.npos)
       result.all.push_back(word);
