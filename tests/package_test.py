@@ -138,13 +138,32 @@ class Installed(InstalledTest):
 
 
 class Flags(InstalledTest):
-    def test_memory_passes_the_border_whatever_the_program_is_compiled_with(self):
+    def test_41_memory_passes_the_border_whatever_the_program_is_compiled_with(self):
         # Without optimisation all of Eigen's functions are there to be mixed up; with it, most are inlined.
         for optimisation, some in [("-O0", FLAGS), ("-O2", ["-march=native"])]:
             for flags in some:
                 if all(option[2:] in CPU for option in flags.split() if option.startswith("-mavx")):
                     with self.subTest(flags=f"{optimisation} {flags}"):
                         self.assertEqual(self.by_pkg_config("borders.cpp", optimisation, *flags.split()), "right\n")
+
+
+class Alignment(PackageTest):
+    def test_41_where_sparse_matrices_are_aligned_another_alignment_does_not_link(self):
+        """As by Eigen 5. The Eigen of this machine is told to be one of its versions: what counts here is its number."""
+        eigen, = re.findall(r"-I(\S+)", run("pkg-config", "--cflags", "eigen3"))
+        shutil.copytree(Path(eigen) / "Eigen", self.folder / "eigen" / "Eigen")
+        macros = self.folder / "eigen" / "Eigen" / "src" / "Core" / "util" / "Macros.h"
+        macros.write_text(re.sub(r"(define EIGEN_MINOR_VERSION) \d+", r"\1 90", macros.read_text()))
+        user = self.folder / "user.cpp"
+        user.write_text("#include <gradpsi/matrix.hpp>\nint main() { return gradpsi::SparseMatrix(1, 1).nonZeros(); }\n")
+        compiler = ["g++", "-std=c++20", f"-I{self.folder / 'eigen'}", f"-I{SOURCE / 'include'}"]
+        library, program = self.folder / "library.o", self.folder / "user"
+        run(*compiler, "-c", SOURCE / "lib" / "matrix" / "alignment.cpp", "-o", library)
+        run(*compiler, "-O2", user, library, "-o", program)
+        run(program)
+        for bytes in [32, 64]:
+            with self.assertRaisesRegex(AssertionError, fr"EigenAligns<{bytes}, \w+>::as_the_library_does\(\)"):
+                run(*compiler, f"-DEIGEN_MAX_ALIGN_BYTES={bytes}", user, library, "-o", program)
 
 
 class Subproject(PackageTest):
