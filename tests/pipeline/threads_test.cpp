@@ -1,5 +1,6 @@
 // Every function that takes `threads` starts no more than those.
 
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -23,6 +24,8 @@ struct Scene {
   Neighbours near = find_neighbours(cloud, 2.5 / 100, 1);
   Operator laplacian = assemble("laplacian-mixed-zoc", cloud, near, {.threads = 1});
   Operator gradient = assemble("gradient-direct-zoc", cloud, near, {.threads = 1});
+  Operator hessian =
+      assemble("hessian-mls-2", cloud, near, {.on_degenerate = OnDegenerate::Zero, .threads = 1});
   Eigen::VectorXd u = cloud.positions().rowwise().sum();
 };
 
@@ -51,6 +54,14 @@ const Call calls[] = {
     {"find_neighbours_of_rows",
      [](Scene& s, int threads) {
        find_neighbours(s.cloud, Eigen::VectorXd::Constant(1, 0.02), {1, 2, 9'999}, threads);
+     }},
+    {"find_neighbours_with_a_skin",
+     [](Scene& s, int threads) { find_neighbours(s.cloud, 0.02, Skin{0.01}, threads); }},
+    {"is_stale",
+     [](Scene&, int threads) {
+       static const Cloud line = make_cloud({.dimension = 1, .points_per_side = 100'000});
+       static const Neighbours skinned = find_neighbours(line, 2e-5, Skin{1e-6}, 1);
+       is_stale(skinned, line, threads);
      }},
     {"find_neighbours_of_the_lonely",  // which tells the usual distance
      [](Scene& s, int threads) { find_neighbours(s.cloud, 1e-6, threads); }},
@@ -88,6 +99,15 @@ const Call calls[] = {
      [](Scene& s, int threads) {
        reassemble("laplacian-mixed-zoc", s.cloud, s.near, s.laplacian, {.threads = threads});
      }},
+    {"with_symmetric_supports",
+     [](Scene& s, int threads) {
+       with_symmetric_supports("laplacian-mixed-zoc", s.laplacian, threads);
+     }},
+    {"interpolate",
+     [](Scene& s, int threads) {
+       interpolate("value-mls-1", s.cloud, s.cloud.positions(), DenseVector(),
+                   {.threads = threads});
+     }},
     {"multiply",
      [](Scene& s, int threads) {
        Eigen::VectorXd y;
@@ -124,6 +144,10 @@ const Call calls[] = {
      [](Scene& s, int threads) { block_matrix(VectorOperator::Curl, s.gradient.axes, threads); }},
     {"conservative_companion",
      [](Scene& s, int threads) { conservative_companion(s.gradient, threads); }},
+    {"viscous_force",
+     [](Scene& s, int threads) {
+       viscous_force(s.hessian, s.gradient, Eigen::VectorXd::Ones(s.cloud.size()), threads);
+     }},
     {"diagnose",
      [](Scene& s, int threads) { diagnose("laplacian-mixed-zoc", s.cloud, s.laplacian, threads); }},
     {"spectrum",
@@ -180,6 +204,26 @@ TEST_P(Threads, OutOfRangeAreRefused) {
   EXPECT_THROW(GetParam().run(scene, -1), InvalidInput);
   EXPECT_THROW(GetParam().run(scene, 1025), InvalidInput);
 }
+
+#if GRADPSI_WITH_CHOLMOD
+/// OpenBLAS, whose threads factorisations are given, keeps those that it has started as well.
+TEST(Fault42, FactorisationsByOneThreadStartNone) {
+  if (!std::filesystem::exists("/proc/self/task")) GTEST_SKIP() << "threads cannot be counted";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  setenv("OPENBLAS_NUM_THREADS", "1", 1);  // it would have some before main()
+  for (const Method method : {Method::Cholesky, Method::Lu}) {
+    const Call call{"factorise", [method](Scene& s, int threads) {
+                      Eigen::VectorXd x(s.u.size());
+                      LinearSolver(implicit(s), {.method = method, .threads = threads},
+                                   {.cloud = s.cloud})
+                          .solve(s.u, x);
+                    }};
+    EXPECT_EXIT(std::exit(started(call, 1)), testing::ExitedWithCode(0), "") << name(method);
+    if (!dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) continue;
+    EXPECT_EXIT(std::exit(started(call, 4) > 0), testing::ExitedWithCode(1), "") << name(method);
+  }
+}
+#endif
 
 INSTANTIATE_TEST_SUITE_P(AllFunctions, Threads, testing::ValuesIn(calls),
                          [](const auto& instance) { return std::string(instance.param.name); });
