@@ -1,5 +1,6 @@
 #include "python/arrays.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string>
@@ -11,13 +12,27 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
 std::string shape(const py::array& x) { return py::str(x.attr("shape")); }
 
-/// numpy.asarray() would uncover what a mask hides.
-py::array numpy_array(const py::object& x, std::string_view name) {
-  const py::module_ numpy = py::module_::import("numpy");
-  if (numpy.attr("ma").attr("is_masked")(x).cast<bool>())
+/// Whether an array, or one of a list of them, has masked elements.
+bool is_masked(const py::handle x) {
+  const py::object ma = py::module_::import("numpy").attr("ma");
+  if (ma.attr("is_masked")(x).cast<bool>()) return true;
+  if (!py::isinstance<py::list>(x) && !py::isinstance<py::tuple>(x)) return false;
+  const py::object masked_array = ma.attr("MaskedArray");
+  return std::ranges::any_of(x, [&](const py::handle each) {
+    return py::isinstance(each, masked_array) && is_masked(each);
+  });
+}
+
+/// numpy and scipy would uncover what a mask hides.
+void refuse_mask(const py::object& x, std::string_view name) {
+  if (is_masked(x))
     throw InvalidInput(std::string(name) +
                        " has masked elements: fill them, or leave their points out");
-  return numpy.attr("asarray")(x);
+}
+
+py::array numpy_array(const py::object& x, std::string_view name) {
+  refuse_mask(x, name);
+  return py::module_::import("numpy").attr("asarray")(x);
 }
 
 Doubles numbers(const py::object& x, std::string_view name) {
@@ -129,6 +144,7 @@ std::vector<int> points(const py::object& x, std::string_view name, int size) {
 }
 
 SparseMatrix sparse(const py::object& A, std::string_view name) {
+  refuse_mask(A, name);
   py::object csr = py::module_::import("scipy.sparse").attr("csr_matrix")(A);
   numbers(csr.attr("data"), name);
   if (csr.attr("nnz").cast<std::int64_t>() > std::numeric_limits<int>::max() ||

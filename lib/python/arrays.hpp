@@ -127,6 +127,9 @@ void bind_scheme(py::module_& m);
 void bind_solver(py::module_& m);
 void bind_vector_calculus(py::module_& m);
 
+/// Has calls of all that is bound say in one sentence which argument is missing, unknown or of another type.
+void explain_calls(py::module_& m);
+
 }  // namespace gradpsi::python
 
 /// As signatures show them.

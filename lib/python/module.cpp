@@ -72,5 +72,6 @@ PYBIND11_MODULE(_core, m) {
   bind_solver(m);
   bind_diagnosis(m);
   bind_io(m);
+  explain_calls(m);
   m.attr("__name__") = name;
 }

@@ -265,11 +265,3 @@ def test_the_local_spacing_follows_the_points():
     assert np.all(np.diff(gradpsi.find_neighbours(graded, 6 * spacing).offsets) > 5)
     near = gradpsi.find_neighbours(graded, gradpsi.kth_nearest_distances(graded, 7) * (1 + 1e-9))
     assert np.all(np.diff(near.offsets) == 7)
-
-
-def test_masked_arrays_are_refused():
-    x = np.ma.masked_array(np.random.default_rng(1).random((20, 2)), mask=False)
-    assert len(gradpsi.Cloud(x)) == 20
-    x[3, 1] = np.ma.masked
-    with pytest.raises(gradpsi.InvalidInput, match="positions has masked elements"):
-        gradpsi.Cloud(x)
