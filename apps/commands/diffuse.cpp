@@ -54,6 +54,16 @@ void write_report(const DiffuseOptions& options, const Machine& machine, Report&
   });
 }
 
+/// What there is to say before the first step.
+void say_before(const Machine& machine, const Diffusion& heat) {
+  const SolverReport solver = heat.solver();  // which all processes are asked for
+  if (!machine.is_first()) return;
+  for (const std::string& remark : heat.remarks) std::cout << remark << '\n';
+  if (!solver.caution.empty())
+    std::cerr << "warning: " << name(solver.method) << " may not converge: " << solver.caution
+              << '\n';
+}
+
 void run(const DiffuseOptions& options, Machine& machine) {
   options.check();
   const path result = result_file(options, machine), picture = options.beside(".png");
@@ -66,8 +76,7 @@ void run(const DiffuseOptions& options, Machine& machine) {
   const Range before = range(machine, start);
   Eigen::VectorXd u = start;
   const Diffusion heat = diffusion(options, machine, report);
-  if (machine.is_first())
-    for (const std::string& remark : heat.remarks) std::cout << remark << '\n';
+  say_before(machine, heat);
 
   Series series(options, machine);
   const auto keep = [&](int step) {

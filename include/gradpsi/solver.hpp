@@ -60,6 +60,9 @@ struct SolverReport {
   std::string reason;            ///< "the matrix is not symmetric, ..."
   int unknowns = 0;              ///< n
   FactorReport factor = {};      ///< in a Krylov method the preconditioner's, if that is a factor
+  /// Rows that may keep a Krylov method from converging, those of whose diagonal entries the sign is not that of
+  /// most, as where a field grows: "of 3 rows ..: point 5, .."; empty: none.
+  std::string caution = {};
 };
 
 /// How a solve went.
@@ -86,7 +89,8 @@ struct SystemPoints {
 /// positive definite; for other matrices LU, or BiCGSTAB where there are too many unknowns for LU or
 /// time steps are short. Where a factor would not fit the memory, a Krylov method takes over:
 /// conjugate gradients if A is symmetric and diagonally dominant, else BiCGSTAB; LU takes over from one
-/// that does not converge in 1,000 iterations, if it fits. They are
+/// that does not converge in 1,000 iterations, if it fits. Where SolverReport::caution names rows, LU comes first
+/// if it fits, and 1,000 iterations have to halve the residual. They are
 /// preconditioned by the diagonal; in stiff problems in one and two dimensions by the factor of a compact
 /// symmetric twin. report() tells what was chosen and why.
 ///

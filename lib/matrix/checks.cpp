@@ -53,6 +53,15 @@ bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal) {
   return true;
 }
 
+std::vector<int> reversed_rows(const SparseMatrix& A) {
+  const Eigen::VectorXd diagonal = A.diagonal();
+  const double usual = 2 * (diagonal.array() > 0).count() >= diagonal.size() ? 1 : -1;
+  std::vector<int> result;
+  for (int i = 0; i < diagonal.size(); ++i)
+    if (!(usual * diagonal[i] > 0)) result.push_back(i);
+  return result;
+}
+
 FloatingRows floating_rows(const SparseMatrix& A) {
   const int n = static_cast<int>(A.rows());
   std::vector<char> floats = vanishing_rows(A);

@@ -45,6 +45,10 @@ bool is_symmetric(const SparseMatrix& A, const VectorView& scale);
 /// @param diagonal  the column of each row's diagonal entry, if these are some of a matrix's rows
 bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal = {});
 
+/// Rows whose diagonal entry has not the sign that most have, ascending. In the matrix of an implicit step they are
+/// where a field grows faster than the step is short.
+std::vector<int> reversed_rows(const SparseMatrix& A);
+
 /// Rows connected with one another, and with no others, that all sum to zero: constants on them
 /// are in the null space.
 struct FloatingRows {

@@ -152,7 +152,9 @@ void bind_reports(py::module_& m) {
       .def_readonly("reason", &SolverReport::reason, "Why this method")
       .def_readonly("unknowns", &SolverReport::unknowns, "Their number")
       .def_readonly("factor", &SolverReport::factor,
-                    "A FactorReport; in a Krylov method the preconditioner's, if that is a factor");
+                    "A FactorReport; in a Krylov method the preconditioner's, if that is a factor")
+      .def_readonly("caution", &SolverReport::caution,
+                    "Rows that may keep a Krylov method from converging; empty: none");
   py::class_<SolveReport>(m, "SolveReport", "How a solve went.")
       .def_readonly("residual", &SolveReport::residual,
                     "True relative residual |b - A x| / |b|, the largest of all columns")

@@ -74,7 +74,7 @@ bool refine(const LinearSystem& system, Columns& columns, SolveReport& result,
   }
 }
 
-bool iterate_each(const LinearSystem& system, Columns& columns, int most_iterations,
+bool iterate_each(const LinearSystem& system, Columns& columns, int most_iterations, int at_a_time,
                   SolveReport& result,
                   const std::function<int(const double*, double*, double, int)>& iterate) {
   double worst = 0;
@@ -87,8 +87,8 @@ bool iterate_each(const LinearSystem& system, Columns& columns, int most_iterati
       result.residual = residual;
       if (left == 0 || !(residual < before / 2)) return false;
       before = residual;
-      const int done =
-          iterate(columns.rhs.col(c).data(), columns.solution.col(c).data(), target, left);
+      const int done = iterate(columns.rhs.col(c).data(), columns.solution.col(c).data(), target,
+                               std::min(left, at_a_time));
       result.iterations += done;
       left -= done;
     }

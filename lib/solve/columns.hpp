@@ -25,10 +25,12 @@ bool refine(
 
 /// Improves each column by `iterate`, again from the true residual as long as that halves it. Whether that
 /// made solutions of them all.
+/// @param at_a_time  after so many iterations the true residual is looked at, and has to be halved
 /// @param iterate  starts from x, ends at a residual of 2-norm `target` or after `limit` iterations; gives
 ///   their number
 bool iterate_each(
-    const LinearSystem& system, Columns& columns, int most_iterations, SolveReport& result,
+    const LinearSystem& system, Columns& columns, int most_iterations, int at_a_time,
+    SolveReport& result,
     const std::function<int(const double* b, double* x, double target, int limit)>& iterate);
 
 }  // namespace gradpsi

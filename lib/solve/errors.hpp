@@ -45,12 +45,14 @@ inline SolverError floating(std::int64_t count, const std::string& row) {
 
 /// The residual stayed above the tolerance.
 inline SolverError unsolved(const SolverReport& solver, const SolveReport& result) {
+  const std::string cause = solver.caution.empty() ? "" : "; " + solver.caution;
   if (!std::isfinite(result.residual))
-    return SolverError("the solution by " + solver.description + " is not finite");
+    return SolverError("the solution by " + solver.description + " is not finite" + cause);
   return SolverError(solver.description + " did not converge: relative residual " +
                          rounded(result.residual) + " after " + std::to_string(result.iterations) +
                          (iterates(solver.method) ? " iterations; try lu"
-                                                  : " refinements; the matrix is nearly singular"),
+                                                  : " refinements; the matrix is nearly singular") +
+                         cause,
                      result.residual);
 }
 

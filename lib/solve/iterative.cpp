@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 
+#include "matrix/checks.hpp"
 #include "solve/cholesky.hpp"
 #include "solve/krylov.hpp"
 #include "solve/ordering.hpp"
@@ -12,12 +13,16 @@
 namespace gradpsi {
 namespace {
 
+/// Iterations that have to halve the residual where the matrix has reversed rows.
+constexpr int trial = 1'000;
+
 class Iterative : public PreparedMethod {
  public:
   void prepare(const LinearSystem& system, const Choice& choice) override {
     if (!krylov_) krylov_.emplace(system.size(), system.options.threads);
     conjugate_ = choice.conjugate;
     walls_.prepare(system);
+    reversed_ = !reversed_rows(system.A).empty();
     by_twin_ = choice.preconditioner == Preconditioner::Twin && factorise_twin(system);
     if (!by_twin_)
       inverse_diagonal_ =
@@ -36,7 +41,8 @@ class Iterative : public PreparedMethod {
                         : krylov_->bicgstab(system.A, precondition, b, x, target, limit);
     };
     // A reference, which std::function holds without allocating.
-    return iterate_each(system, columns, most_iterations, result, std::ref(iterate));
+    return iterate_each(system, columns, most_iterations, reversed_ ? trial : most_iterations,
+                        result, std::ref(iterate));
   }
 
   std::string description() const override {
@@ -73,7 +79,7 @@ class Iterative : public PreparedMethod {
   std::optional<Cholesky> twin_;
   WallCorrection walls_;
   Eigen::VectorXd inverse_diagonal_;
-  bool conjugate_ = false, by_twin_ = false;
+  bool conjugate_ = false, by_twin_ = false, reversed_ = false;
 };
 
 }  // namespace

@@ -26,7 +26,7 @@ bool fits_cholesky(const Traits& traits) {
 }
 
 bool fits_lu(const Traits& traits) {
-  const bool easy = traits.unknowns > always_lu && traits.stiffness <= mild;
+  const bool easy = traits.unknowns > always_lu && traits.stiffness <= mild && !traits.reversed;
   const bool small = traits.unknowns <= (traits.dimension == 3 ? most_lu_3d : most_lu);
   return (!traits.symmetric || traits.indefinite) && !traits.spread && !easy && small;
 }

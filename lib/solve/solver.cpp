@@ -59,6 +59,18 @@ void check(const LinearSystem& system, const Eigen::Ref<const Eigen::MatrixXd>& 
         throw InvalidInput("the right-hand side or the start is not finite at " + system.row(i));
 }
 
+/// SolverReport::caution
+std::string caution(const LinearSystem& system) {
+  const std::vector<int> rows = reversed_rows(system.A);
+  if (rows.empty()) return "";
+  constexpr std::size_t named = 3;
+  std::string text = "of " + std::to_string(rows.size()) + (rows.size() == 1 ? " row" : " rows") +
+                     " the diagonal entry has not the sign of most, as where a field grows: ";
+  for (std::size_t k = 0; k < std::min(rows.size(), named); ++k)
+    text += (k > 0 ? ", " : "") + system.row(rows[k]);
+  return text + (rows.size() > named ? ", .." : "");
+}
+
 /// Whether two compressed matrices have the same pattern.
 bool share_pattern(const SparseMatrix& A, const SparseMatrix& B) {
   return A.rows() == B.rows() && A.cols() == B.cols() && A.isCompressed() &&
@@ -100,7 +112,7 @@ LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options,
 void LinearSolver::State::set_up() {
   report = {};  // should any of this throw
   if (system.size() == 0) {
-    report = {Method::Krylov, "nothing", "there are no unknowns", 0, {}};
+    report = {Method::Krylov, "nothing", "there are no unknowns", 0, {}, {}};
     return;
   }
   check_matrix(system);
@@ -132,7 +144,8 @@ void LinearSolver::State::use(const Choice& next) {
   made->prepare(system, next);
   prepared = std::move(made);
   choice = next;
-  report = {next.method, prepared->description(), next.reason, system.size(), prepared->factor()};
+  report = {next.method,   prepared->description(), next.reason,
+            system.size(), prepared->factor(),      iterates(next.method) ? caution(system) : ""};
 }
 
 /// Whether what takes over from the choice fits the memory, and is prepared then.

@@ -42,6 +42,7 @@ Traits traits(const LinearSystem& system) {
                 .dimension = points.cloud.dimension(),
                 .symmetric = is_symmetric(A, scale),
                 .dominant = rows.dominant,
+                .reversed = !reversed_rows(A).empty(),
                 .walls = !points.walls.empty()};
   if (rows.stiffness.size() > 0) result.stiffness = median(std::move(rows.stiffness));
   return result;

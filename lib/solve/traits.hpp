@@ -18,6 +18,7 @@ struct Traits {
   bool symmetric = false;   // after scaling its rows by volume
   bool indefinite = false;  // a Cholesky factorisation has met a pivot that is not positive
   bool dominant = false;    // no diagonal entry is less than the others of its row together
+  bool reversed = false;    // some rows are reversed_rows(): iterations are unlikely to converge
   bool walls = false;       // some rows hold a boundary condition
   bool spread = false;      // over processes, none of which sees the others' rows
   /// dt nu / dx^2 at the median row; infinity: a steady problem; NaN: there are no volumes to tell.

@@ -7,6 +7,7 @@ import subprocess
 import unittest
 
 import numpy as np
+import scipy.io
 
 from program import PROGRAM, ProgramTest, ROOT
 
@@ -52,6 +53,19 @@ class Faults(ProgramTest):
             text, _ = self.warned(*command)
             self.assertRegex(text, r"^warning: coordinates reach 3e\+08 where points are 0.0\d+ apart: [^\n]*\n$")
 
+    def test_44_rows_that_let_a_field_grow_are_named_at_once(self):
+        points = self.square(30, u=lambda x, y: np.sin(5 * x))
+        usual = [points, "--scheme", "laplacian-direct-soc", "--support-ratio", 3]
+        self.run_program("assemble", *usual, "-o", self.path("m.mtx"))
+        rows = np.flatnonzero(1 / 0.1 - scipy.io.mmread(self.path("m.mtx")).diagonal() <= 0)
+        self.assertTrue(3 < len(rows) < 450)
+        named = (f"of {len(rows)} rows the diagonal entry has not the sign of most, as where a field grows: "
+                 "point {}, point {}, point {}, ..".format(*rows))
+        diffuse = ["diffuse", *usual, "--field", "u", "--time-step", 0.1, "--steps", 1, "-o", self.path("t.csv"), "--method"]
+        said = self.run_program(*diffuse, "krylov", expect=1, warning=f"krylov may not converge: {named}")
+        self.assertRegex(said, f"^error: step 1: BiCGSTAB .* after 1000 iterations; try lu; {named}\n$")
+        self.run_program(*diffuse, "lu")
+
     def test_the_table_is_whole(self):
         here = ROOT / "tests"
         exist = {f"{suite}.{name}" for source in here.rglob("*_test.cpp")
@@ -63,7 +77,7 @@ class Faults(ProgramTest):
         named = {}
         for number, tests in re.findall(r"^\| (\d+) \|.*\|(.*)\|$", (here / "README.md").read_text(), re.M):
             named[int(number)] = set(re.findall(r"`(\w+\.\w+)`", tests))
-        self.assertEqual(list(named), [*range(1, 43), 45, 46])
+        self.assertEqual(list(named), [*range(1, 43), *range(44, 47)])
         for number, tests in named.items():
             self.assertEqual(tests - exist, set(), "are in the table only")
             numbered = {t for t in exist if re.match(rf"Fault{number:02}(?!\d)|\w+\.test_{number:02}_", t)}

@@ -177,5 +177,63 @@ TEST(Solver, RefusesOptionsOutOfRange) {
     EXPECT_EQ(method(name(m)), m);
 }
 
+/// The points of rows whose diagonal entry is not positive.
+std::vector<int> not_positive(const SparseMatrix& A) {
+  std::vector<int> rows;
+  for (int i = 0; i < A.rows(); ++i)
+    if (A.coeff(i, i) <= 0) rows.push_back(i);
+  return rows;
+}
+
+TEST(Fault44, RowsThatLetFieldsGrowAreNamedAtOnce) {
+  const System system("laplacian-direct-soc", 2, 40, 100);
+  const std::vector<int> rows = not_positive(system.matrix);
+  ASSERT_GT(rows.size(), 3U);
+  ASSERT_LT(rows.size(), system.matrix.rows() / 2U);
+  LinearSolver solver(system.matrix, {.method = Method::Krylov}, system.points);
+  EXPECT_EQ(
+      solver.report().caution,
+      "of " + std::to_string(rows.size()) +
+          " rows the diagonal entry has not the sign of most, as where a field grows: point " +
+          std::to_string(rows[0]) + ", point " + std::to_string(rows[1]) + ", point " +
+          std::to_string(rows[2]) + ", ..");
+  const Eigen::VectorXd b = system.right_hand_sides(1);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+  const std::string said = message_of<SolverError>([&] { solver.solve(b, x); });
+  EXPECT_THAT(said, HasSubstr("after 1000 iterations"));
+  EXPECT_THAT(said, HasSubstr(solver.report().caution));
+  EXPECT_TRUE(x.isZero(0));
+  LinearSolver by_lu(system.matrix, {.method = Method::Lu}, system.points);
+  EXPECT_EQ(by_lu.report().caution, "");
+  by_lu.solve(b, x);
+}
+
+TEST(Fault44, FewSuchRowsAreSolvedAndOthersNotSuspected) {
+  System system("laplacian-mixed-zoc");
+  const Eigen::VectorXd b = system.right_hand_sides(1);
+  const auto caution = [&](const SparseMatrix& A) {
+    LinearSolver solver(A, {.method = Method::Krylov}, system.points);
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+    solver.solve(b, x);
+    EXPECT_LE((x - dense_solution(A, b)).norm(), 1e-9 * x.norm());
+    return solver.report().caution;
+  };
+  EXPECT_EQ(caution(system.matrix), "");
+  EXPECT_EQ(caution(-system.matrix), "");
+  system.matrix.row(70) *= -1;
+  const std::string text =
+      "of 1 row the diagonal entry has not the sign of most, as where a field grows: point 70";
+  EXPECT_EQ(caution(system.matrix), text);
+  EXPECT_EQ(caution(-system.matrix), text);
+}
+
+TEST(Fault44, LuIsTakenAtOnceWhereTheChoiceIsFree) {
+  System system("laplacian-mixed-zoc", 2, 50, 1);
+  system.matrix.row(70) *= 2;  // not symmetric
+  EXPECT_EQ(LinearSolver(system.matrix, {}, system.points).report().method, Method::Krylov);
+  system.matrix.row(70) *= -1;
+  EXPECT_EQ(LinearSolver(system.matrix, {}, system.points).report().method, Method::Lu);
+}
+
 }  // namespace
 }  // namespace gradpsi
