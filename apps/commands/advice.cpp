@@ -122,8 +122,8 @@ std::string table(const Trial& trial, const std::vector<Candidate>& all, const C
          text_table(columns(trial, chosen), all);
 }
 
-std::string comparison(const Trial& trial, const Candidate* chosen) {
-  std::vector<Candidate> all = candidates(trial, trial.evolving);
+std::string comparison(const Trial& trial, const Candidate* chosen, Timer& timer) {
+  std::vector<Candidate> all = candidates(trial, trial.evolving, timer);
   const Candidate* const best = cheapest(trial, all);
   const std::string begin = "Brute force, " + std::to_string(all.size()) + " candidates on all " +
                             std::to_string(trial.evolving.size()) + " rows: ";

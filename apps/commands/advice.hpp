@@ -41,6 +41,6 @@ std::string advice(const Trial& trial, std::vector<Candidate>& all, const Candid
 std::string table(const Trial& trial, const std::vector<Candidate>& all, const Candidate* chosen);
 
 /// The same choice from all rows of all candidates, and what the sample's choice costs more.
-std::string comparison(const Trial& trial, const Candidate* chosen);
+std::string comparison(const Trial& trial, const Candidate* chosen, Timer& timer);
 
 }  // namespace gradpsi::apps::candidates

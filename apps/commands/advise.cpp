@@ -92,13 +92,15 @@ void run(const AdviseOptions& options) {
                 ? ""
                 : "; with a column 'support' of two or three of the largest, advice is on that")
         << '\n';
-  std::vector<Candidate> all = candidates::candidates(trial, trial.sample);
+  Timer timer;
+  std::vector<Candidate> all = candidates::candidates(trial, trial.sample, timer);
   const Candidate* chosen = cheapest(trial, all);
   std::cout << '\n'
             << advice(trial, all, chosen, chosen ? command_line(options, points, *chosen) : "")
             << '\n'
             << table(trial, all, chosen);
-  if (options.check) std::cout << '\n' << comparison(trial, chosen);
+  if (options.check) std::cout << '\n' << comparison(trial, chosen, timer);
+  if (trial.use == Use::Derivative) std::cerr << timer.warning();  // others do not cost time
 }
 
 }  // namespace

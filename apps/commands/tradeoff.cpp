@@ -87,7 +87,8 @@ void run(const TradeoffOptions& options) {
       dimension_suffix(dimension, 2) + (options.grading != 1 ? "_graded" : "");
   const auto in_out = [&](const std::string& file) { return options.out / file; };
   Progress progress("clouds and supports");
-  const auto found = results({dimension, options.quick, options.threads, options.grading},
+  Timer timer;
+  const auto found = results({dimension, options.quick, options.threads, options.grading}, timer,
                              [&](int done, int total) { progress.show(done, total); });
   const std::string table = "tradeoff" + suffix + ".csv",
                     fronts = "tradeoff_front" + suffix + ".csv";
@@ -96,6 +97,7 @@ void run(const TradeoffOptions& options) {
   const std::string text = summary(found);
   write_text(in_out("tradeoff" + suffix + ".txt"), provenance(options.threads) + '\n' + text);
   std::cout << text << std::flush;
+  std::cerr << timer.warning();
   draw(in_out("tradeoff" + suffix + ".gp"),
        "csv = '" + table + "'\nfronts = '" + fronts + "'\nsuffix = '" + suffix +
            "'\ndefault_kernel = '" + std::string(kernels().front().name) + "'\n" + tradeoff_gp,

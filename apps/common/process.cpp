@@ -32,7 +32,8 @@ void prepare_process() {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   send_blas_threads_home();
-  Eigen::setNbThreads(1);  // its products would take as many as OpenMP offers, whatever --threads says
+  // Eigen's products would take as many as OpenMP offers, whatever --threads says.
+  Eigen::setNbThreads(1);
 }
 
 }  // namespace gradpsi::apps

@@ -9,8 +9,6 @@
 #include <random>
 #include <utility>
 
-#include "common/timing.hpp"
-
 namespace gradpsi::apps::candidates {
 
 namespace {
@@ -72,19 +70,20 @@ void set_findings(const Trial& trial, const Operator& op, const std::vector<int>
 }
 
 Candidate measured(const Trial& trial, const Scheme& scheme, double support_ratio,
-                   const Neighbours& near, double search_seconds, const std::vector<int>& points) {
+                   const Neighbours& near, double search_seconds, const std::vector<int>& points,
+                   Timer& timer) {
   Candidate c{scheme, support_ratio};
   AssemblyOptions options = trial.assembly;
   options.rows = points;
   const auto count = static_cast<double>(points.size());
   Operator op;
   const double weights =
-      median_seconds([&] { op = assemble(scheme, trial.cloud, near, options); }, 0) / count;
+      timer.seconds([&] { op = assemble(scheme, trial.cloud, near, options); }, 0) / count;
   c.assemble = search_seconds / trial.cloud.size() + weights;
   c.entries = static_cast<double>(op.matrix().nonZeros()) / count;
   Eigen::MatrixXd y;
   const Eigen::VectorXd u = trial.waves.u.col(0);
-  c.product = median_seconds([&] { multiply(op.axes, u, y, options.threads); }, 1e-3) / count;
+  c.product = timer.seconds([&] { multiply(op.axes, u, y, options.threads); }, 1e-3) / count;
   std::vector<int> place(points.size());
   std::iota(place.begin(), place.end(), 0);
   set_findings(trial, op, points, place, c);
@@ -143,19 +142,20 @@ std::vector<int> sampled(std::vector<int> points, int count) {
   return points;
 }
 
-std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& points) {
+std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& points,
+                                  Timer& timer) {
   std::vector<Candidate> all;
   std::vector<double> ratios(support_ratios.begin(), support_ratios.end());
   if (trial.supports.size() > 0) ratios = {std::numeric_limits<double>::quiet_NaN()};
   for (const double ratio : ratios) {
     Neighbours near;
     const Eigen::VectorXd supports = trial.supports_of(ratio);
-    const double search = median_seconds(
+    const double search = timer.seconds(
         [&] { near = find_neighbours(trial.cloud, supports, trial.assembly.threads); }, 0);
     for (const Scheme& scheme : schemes())
       if (scheme.derivative == trial.derivative &&
           (trial.cloud.dimension() < 3 || degree(scheme) <= 4))
-        all.push_back(measured(trial, scheme, ratio, near, search, points));
+        all.push_back(measured(trial, scheme, ratio, near, search, points, timer));
   }
   std::ranges::stable_sort(all, {}, &Candidate::cost);
   return all;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/timing.hpp"
+
 // Which scheme and support suit given points: every scheme of the wanted derivative is tried with five
 // supports, on waves in a few directions, at a sample of the points. The cheapest one whose error is at
 // most the tolerance, and that is stable where it is to be stepped in time, is the choice.
@@ -71,7 +73,7 @@ struct Candidate {
 };
 
 /// All candidates, measured at these points; the cheapest first.
-std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& points);
+std::vector<Candidate> candidates(const Trial& trial, const std::vector<int>& points, Timer& timer);
 
 /// The first that is complete, stable where it has to be, and accurate enough; null: none. Candidates that
 /// could be are looked at.

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "common/chunks.hpp"
-#include "common/timing.hpp"
 
 namespace gradpsi::apps::spmv {
 
@@ -36,23 +35,25 @@ class Report {
  public:
   /// @param entries  of the matrix
   /// @param bytes    what its product has to read and write
-  Report(double entries, double bytes, const Show& show)
-      : entries_(entries), bytes_(bytes), show_(show) {}
+  Report(double entries, double bytes, Timer& timer, const Show& show)
+      : entries_(entries), bytes_(bytes), timer_(timer), show_(show) {}
   /// Of the memory; the first is the roof.
-  void memory(const char* what, double bytes, double seconds) {
+  void memory(const char* what, double bytes, const std::function<void()>& work) {
+    const double seconds = timer_.seconds(work);
     if (roof_ == 0) roof_ = bytes / seconds;
     show_({what, std::numeric_limits<double>::quiet_NaN(), bytes / seconds, roof_});
   }
   /// A product of `count` vectors; `bytes` is what it has to read and write.
   void product(const char* what, double bytes, const std::function<void()>& multiply,
                int count = 1) const {
-    const double seconds = median_seconds(multiply);
+    const double seconds = timer_.seconds(multiply);
     show_({what, 1e9 * seconds / entries_ / count, bytes / seconds, roof_});
   }
   double bytes() const { return bytes_; }
 
  private:
   double entries_, bytes_, roof_ = 0;
+  Timer& timer_;
   const Show& show_;
 };
 
@@ -62,10 +63,10 @@ void measure_roof(Report& report, int threads) {
   const Eigen::VectorXd array = Eigen::VectorXd::Constant(doubles, 1e-3);
   double sum = 0;
   report.memory("reading that many bytes (roof)", 8.0 * static_cast<double>(doubles),
-                median_seconds([&] { sum += read_all(array, threads); }));
+                [&] { sum += read_all(array, threads); });
   Eigen::VectorXd a(doubles / 3 + 1), b = a.setOnes(), c = a;
   report.memory("triad, a = b + 3 c", 24.0 * static_cast<double>(a.size()),
-                median_seconds([&] { triad(b, c, a, threads); }));
+                [&] { triad(b, c, a, threads); });
   if (!(sum > 0)) std::cout << ' ';  // so that the sums are needed
 }
 
@@ -111,10 +112,10 @@ double difference(const SparseMatrix& A, const Eigen::VectorXd& x, const Eigen::
 
 }  // namespace
 
-double measure(const SparseMatrix& A, bool symmetric, int threads, const Show& show) {
+double measure(const SparseMatrix& A, bool symmetric, int threads, Timer& timer, const Show& show) {
   const auto entries = static_cast<double>(A.nonZeros()), rows = static_cast<double>(A.rows());
   const double vectors = rows + static_cast<double>(A.cols());
-  Report report(entries, 12 * entries + 4 * rows + 8 * vectors, show);
+  Report report(entries, 12 * entries + 4 * rows + 8 * vectors, timer, show);
   measure_roof(report, threads);
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(A.cols(), -1, 1);
   measure_eigen(A, x, threads, report);

@@ -10,7 +10,6 @@
 #include "common/columns.hpp"
 #include "common/fields.hpp"
 #include "common/fit.hpp"
-#include "common/timing.hpp"
 
 namespace gradpsi::apps::tradeoff {
 
@@ -76,9 +75,10 @@ Scene make_scene(const Study& study, int side, Arrangement arrangement) {
   return scene;
 }
 
-void measure_derivative(const Scene& scene, const Operator& op, int threads, Result& r) {
+void measure_derivative(const Scene& scene, const Operator& op, int threads, Timer& timer,
+                        Result& r) {
   Eigen::MatrixXd derivative;
-  r.product = median_seconds([&] { multiply(op.axes, scene.exact.u, derivative, threads); }, 1e-3) /
+  r.product = timer.seconds([&] { multiply(op.axes, scene.exact.u, derivative, threads); }, 1e-3) /
               r.points;
   const Eigen::MatrixXd& known =
       r.laplacian() ? Eigen::MatrixXd(scene.exact.laplacian) : scene.exact.gradient;
@@ -106,18 +106,18 @@ void measure_solution(const Scene& scene, const Operator& op, int threads, Resul
 
 /// Completes a result that says which matrix it is of.
 void measure(const Scene& scene, const Neighbours& near, double search_seconds, int threads,
-             Result& r) {
+             Timer& timer, Result& r) {
   const AssemblyOptions options{
       .kernel = kernels()[r.kernel], .on_degenerate = OnDegenerate::Widen, .threads = threads};
   Operator op;
   const double weights =
-      median_seconds([&] { op = assemble(r.scheme, scene.cloud, near, options); }, 0);
+      timer.seconds([&] { op = assemble(r.scheme, scene.cloud, near, options); }, 0);
   r.assemble = (search_seconds + weights) / r.points;
   for (const auto& matrix : op.axes)
     r.bytes_per_point +=
         (12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * r.points) / r.points;
   r.entries_per_row = static_cast<double>(op.matrix().nonZeros()) / r.points;
-  measure_derivative(scene, op, threads, r);
+  measure_derivative(scene, op, threads, timer, r);
   if (!r.laplacian()) return;
   r.grows = forecast(scene.cloud, op.matrix(), scene.inner, op.volumes).grows;
   measure_solution(scene, op, threads, r);
@@ -125,16 +125,16 @@ void measure(const Scene& scene, const Neighbours& near, double search_seconds, 
 
 /// The results of all schemes and the first so many kernels with one support.
 void add_results(const Scene& scene, Arrangement arrangement, double support_ratio, int kernels,
-                 int threads, std::vector<Result>& results) {
+                 int threads, Timer& timer, std::vector<Result>& results) {
   Neighbours near;
   const Eigen::VectorXd supports = support_ratio * scene.spacing;
   const double search =
-      median_seconds([&] { near = find_neighbours(scene.cloud, supports, threads); }, 0);
+      timer.seconds([&] { near = find_neighbours(scene.cloud, supports, threads); }, 0);
   for (int kernel = 0; kernel < kernels; ++kernel)
     for (const Scheme& scheme : studied_schemes(scene.cloud.dimension())) {
       Result& result = results.emplace_back(
           Result{scheme, kernel, arrangement, support_ratio, scene.cloud.size()});
-      measure(scene, near, search, threads, result);
+      measure(scene, near, search, threads, timer, result);
     }
 }
 
@@ -144,7 +144,7 @@ bool belongs(const Front& front, const Result& r) {
 
 }  // namespace
 
-std::vector<Result> results(const Study& study, const ShowProgress& show) {
+std::vector<Result> results(const Study& study, Timer& timer, const ShowProgress& show) {
   const auto ratios = support_ratios(study);
   const auto all_sides = sides(study);
   const int total = static_cast<int>(2 * all_sides.size() * ratios.size());
@@ -157,7 +157,7 @@ std::vector<Result> results(const Study& study, const ShowProgress& show) {
       const bool all_kernels = !study.quick && side != all_sides.back();
       const int kernel_count = all_kernels ? static_cast<int>(kernels().size()) : 1;
       for (const double ratio : ratios) {
-        add_results(scene, arrangement, ratio, kernel_count, study.threads, results);
+        add_results(scene, arrangement, ratio, kernel_count, study.threads, timer, results);
         show(++done, total);
       }
     }

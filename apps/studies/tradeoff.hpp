@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/progress.hpp"
+#include "common/timing.hpp"
 #include "studies/lattices.hpp"
 
 // Accuracy and cost of every scheme, on u = a product of sin(4x + 1/2), sin(4y + 1), .. in the unit line,
@@ -39,7 +40,7 @@ struct Result {
 
   bool laplacian() const { return scheme.derivative == Derivative::Laplacian; }
 };
-std::vector<Result> results(const Study& study, const ShowProgress& show);
+std::vector<Result> results(const Study& study, Timer& timer, const ShowProgress& show);
 
 /// tradeoff.csv
 std::string csv(const std::vector<Result>& results, int dimension);
