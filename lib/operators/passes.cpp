@@ -1,6 +1,7 @@
 #include "operators/passes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <utility>
@@ -96,17 +97,25 @@ SparseMatrix squared(const std::vector<SparseMatrix>& G, const std::vector<int>&
     outer[k + 1] = static_cast<int>(entries);
   }
   resize_in_large_pages(result, outer[rows.count]);
+  // Products cancel: the diagonal's would leave a sum that is small beside them, not beside the row.
   for_rows([&](int k, const SquaredRows& row) {
-    int at = outer[k];
+    int at = outer[k], diagonal = at;
+    double others = 0;
     for (const int j : row.columns()) {
+      if (j == rows.point(k))
+        diagonal = at;
+      else
+        others += row.value(j);
       result.innerIndexPtr()[at] = j;
       result.valuePtr()[at++] = row.value(j);
     }
+    result.valuePtr()[diagonal] = 0 - others;
   });
   return result;
 }
 
-/// Reports row k as the worst of the gradient's rows that it is made of; a row that one is missing of is zero.
+/// Reports row k as the worst of the gradient's rows that it is made of; a row that one is missing of, or
+/// whose products are no numbers, is zero.
 void report(const Operator& gradient, const std::vector<int>& row_of, int i, int k, Operator& op) {
   const RowReport& made_of = gradient.rows;
   RowReport& rows = op.rows;
@@ -117,7 +126,10 @@ void report(const Operator& gradient, const std::vector<int>& row_of, int i, int
   rows.degree[k] = made_of.degree[own];
   SparseMatrix& A = op.axes.front();
   rows.neighbours[k] = A.outerIndexPtr()[k + 1] - A.outerIndexPtr()[k] - 1;
-  bool zero = rows.outcome[k] == RowOutcome::Zero;
+  double* const begin = A.valuePtr() + A.outerIndexPtr()[k];
+  double* const end = A.valuePtr() + A.outerIndexPtr()[k + 1];
+  bool zero = rows.outcome[k] == RowOutcome::Zero ||
+              !std::all_of(begin, end, [](double a) { return std::isfinite(a); });
   for (SparseMatrix::InnerIterator entry(gradient.axes.front(), own); entry; ++entry) {
     const int j = row_of[entry.col()];
     if (rows.outcome[k] == RowOutcome::AsAsked) rows.outcome[k] = made_of.outcome[j];
@@ -128,7 +140,8 @@ void report(const Operator& gradient, const std::vector<int>& row_of, int i, int
   }
   if (!zero) return;
   rows.outcome[k] = RowOutcome::Zero;
-  std::fill(A.valuePtr() + A.outerIndexPtr()[k], A.valuePtr() + A.outerIndexPtr()[k + 1], 0);
+  rows.degree[k] = -1;
+  std::fill(begin, end, 0);
 }
 
 }  // namespace
@@ -154,6 +167,7 @@ Operator two_passes(const Scheme& scheme, const Cloud& cloud, const Neighbours& 
   for (int k = 0; k < rows.count; ++k) {
     const int i = rows.point(k);
     report(gradient, row_of, i, k, op);
+    if (op.rows.outcome[k] == RowOutcome::Zero) op.rows.supports[k] = near.support(i);
     if (op.normals.size() > 0) op.normals.row(k) = gradient.normals.row(row_of[i]);
   }
   if (options.on_degenerate == OnDegenerate::Fail) throw_if_degenerate(scheme, cloud, rows, op);
