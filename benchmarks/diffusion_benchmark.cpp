@@ -94,7 +94,7 @@ double residual(const System& system, const Eigen::VectorXd& x) {
   return (system.b - system.matrix * x).norm() / system.b.norm();
 }
 
-/// Without volumes a Krylov method has nothing to make a twin of: the diagonal preconditions.
+/// Without volumes a Krylov method has no coarser points: the diagonal preconditions.
 void run_gradpsi(const std::string& name, const System& system, gradpsi::Method method,
                  bool with_volumes, gradpsi::Ordering ordering, int threads) {
   gradpsi::SystemPoints points{with_volumes ? system.points
@@ -104,7 +104,7 @@ void run_gradpsi(const std::string& name, const System& system, gradpsi::Method 
       {.method = method, .tolerance = tolerance, .ordering = ordering, .threads = threads}, points);
   const auto& report = solver.report();
   Eigen::VectorXd x = system.b;
-  if (report.method != gradpsi::Method::Krylov) solver.solve(system.b, x);  // touches its memory
+  if (!report.iterates) solver.solve(system.b, x);  // touches its memory
   x = system.b;
   const gradpsi::SolveReport solve = solver.solve(system.b, x);
   print({"gradpsi " + name, report.factor.analyse_seconds, report.factor.factor_seconds,
@@ -137,7 +137,7 @@ void run_eigen(const std::string& name, const System& system,
   print(line);
 }
 
-void symmetric(const System& system, double ratio, int threads, bool slow) {
+void symmetric(const System& system, int threads, bool slow) {
   using gradpsi::Method, gradpsi::Ordering;
   run_gradpsi("Cholesky by coordinates", system, Method::Cholesky, true, Ordering::Coordinates,
               threads);
@@ -145,8 +145,7 @@ void symmetric(const System& system, double ratio, int threads, bool slow) {
   run_gradpsi("Cholesky by METIS", system, Method::Cholesky, true, Ordering::Metis, threads);
   run_gradpsi("CG with the diagonal", system, Method::Krylov, false, Ordering::Coordinates,
               threads);
-  if (ratio > 100 && system.points.dimension() < 3)
-    run_gradpsi("CG with a twin", system, Method::Krylov, true, Ordering::Coordinates, threads);
+  run_gradpsi("CG with multigrid", system, Method::Multigrid, true, Ordering::Coordinates, threads);
   run_eigen<Eigen::ConjugateGradient<gradpsi::SparseMatrix, Eigen::Lower | Eigen::Upper>>(
       "CG with the diagonal", system);
   run_eigen<Eigen::ConjugateGradient<
@@ -159,14 +158,13 @@ void symmetric(const System& system, double ratio, int threads, bool slow) {
     });
 }
 
-void unsymmetric(const System& system, double ratio, int threads, bool slow) {
+void unsymmetric(const System& system, int threads, bool slow) {
   using gradpsi::Method, gradpsi::Ordering;
   run_gradpsi("LU by coordinates", system, Method::Lu, true, Ordering::Coordinates, threads);
   run_gradpsi("BiCGSTAB with the diagonal", system, Method::Krylov, false, Ordering::Coordinates,
               threads);
-  if (ratio > 100 && system.points.dimension() < 3)
-    run_gradpsi("BiCGSTAB with a twin", system, Method::Krylov, true, Ordering::Coordinates,
-                threads);
+  run_gradpsi("BiCGSTAB with multigrid", system, Method::Multigrid, true, Ordering::Coordinates,
+              threads);
   run_eigen<Eigen::BiCGSTAB<gradpsi::SparseMatrix>>("BiCGSTAB with the diagonal", system);
   run_eigen<Eigen::BiCGSTAB<gradpsi::SparseMatrix, Eigen::IncompleteLUT<double>>>(
       "BiCGSTAB with ILUT", system);
@@ -193,6 +191,6 @@ int main(int argc, char** argv) {
                 is_symmetric ? "symmetric" : "unsymmetric", dimension,
                 static_cast<long>(system.matrix.rows()), ratio, threads);
     std::printf("solver,analyse_s,factor_s,solve_s,entries_per_row,GB,iterations,residual\n");
-    (is_symmetric ? symmetric : unsymmetric)(system, ratio, threads, slow);
+    (is_symmetric ? symmetric : unsymmetric)(system, threads, slow);
   }
 }

@@ -126,8 +126,10 @@ void DiffuseOptions::declare_materials(Options& options) {
 }
 
 void DiffuseOptions::declare_solver(Options& options) {
-  options.text("--method", method, "NAME",
-               "auto, cholesky (symmetric matrices only), lu or krylov; auto says what it took");
+  options.text(
+      "--method", method, "NAME",
+      "auto, cholesky (symmetric matrices only), lu, krylov or multigrid; auto says what it\n"
+      "took");
   options.number("--memory", memory, "GB",
                  "What a factorisation may take; 0: three quarters of the machine's");
 }

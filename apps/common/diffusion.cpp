@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 
+#include "common/progress.hpp"
 #include "common/stopwatch.hpp"
 
 namespace gradpsi::apps {
@@ -68,7 +70,8 @@ DiffusionOptions equation(const DiffuseOptions& options, const Table& table, con
       .theta = options.steady ? 1 : options.theta,
       .solver = {.method = method(options.method),
                  .memory = options.memory * 1e9,
-                 .threads = options.threads}};
+                 .threads = options.threads,
+                 .solves = options.steady ? 1 : *options.steps}};
   if (!options.source.empty()) result.source = finite_column(table, cloud, options.source);
   return result;
 }
@@ -239,11 +242,18 @@ Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryCondit
     if (how.source.size() == 0) how.source = DenseVector::Zero(from_walls.size());
     how.source += how.diffusivity * from_walls;
   }
+  const auto convergence = std::make_shared<std::vector<double>>();
+  how.solver.progress = [convergence, show = Iterations()](int iteration, double residual) {
+    if (iteration == 1) convergence->clear();
+    convergence->push_back(residual);
+    show(iteration, residual);
+  };
   const double steepest = how.theta < 1 ? steepest_row(machine, op, conditions.fixed.points) : 0;
   Diffusion result = machine.diffusion(std::move(op), conditions, how);
   result.gentle_step = 1 / ((1 - how.theta) * how.diffusivity * steepest);
   result.drift = drift(how, machine, conditions.walls, time_of(how, machine, kappa));
   result.surroundings = around;
+  result.convergence = convergence;
   result.remarks = std::move(remarks);
   return result;
 }

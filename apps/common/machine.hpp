@@ -32,6 +32,8 @@ struct Diffusion {
   Range surroundings = {};
   /// What there is to say of the walls' rows.
   std::vector<std::string> remarks = {};
+  /// Relative residuals after each iteration of the latest step; empty where none are told.
+  std::shared_ptr<std::vector<double>> convergence = {};
 };
 
 /// The stages of a command, as one process or several that share the points take them. All processes call all

@@ -36,4 +36,14 @@ class Progress {
   int filled_ = -1;
 };
 
+/// A line on standard error of the iteration at hand, if that is a terminal and iterations take long.
+class Iterations {
+ public:
+  void operator()(int iteration, double residual) const {
+    if (iteration % 10 == 0 && isatty(STDERR_FILENO) != 0)
+      std::cerr << "\riteration " << iteration << ": relative residual " << residual << "    "
+                << std::flush;
+  }
+};
+
 }  // namespace gradpsi::apps

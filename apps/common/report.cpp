@@ -114,14 +114,16 @@ Json value(const SolverReport& solver) {
           {"factor_flops", solver.factor.flops},
           {"factor_bytes", solver.factor.bytes},
           {"analyse_seconds", solver.factor.analyse_seconds},
-          {"factor_seconds", solver.factor.factor_seconds}};
+          {"factor_seconds", solver.factor.factor_seconds},
+          {"setup_seconds", solver.setup_seconds}};
 }
 
 Json value(const Steps& steps) {
   return {{"count", steps.count},
           {"largest_residual", steps.total.residual},
           {"iterations", steps.total.iterations},
-          {"seconds", steps.total.seconds}};
+          {"seconds", steps.total.seconds},
+          {"convergence", steps.convergence}};
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ struct WorstRow {
 struct Steps {
   int count = 0;
   SolveReport total = {};
+  std::vector<double> convergence =
+      {};  ///< relative residuals after each iteration of the latest step
 };
 
 /// How a quantity of the rows is distributed; nan of no rows.

@@ -119,6 +119,7 @@ Steps make_steps(const DiffuseOptions& options, Machine& machine, const Diffusio
       throw std::runtime_error(growth.what() + advice(options, machine, start, step));
     }
     done(step);
+    steps.convergence = *heat.convergence;
     if (progress) progress->show(step, steps.count);
   }
   return steps;
@@ -172,9 +173,8 @@ void print_solution(const DiffuseOptions& options, const SolverReport& solver, c
                     const Range& before, const Range& after, const std::string& note) {
   std::cout << "solved by " << solver.description << ":\n  " << solver.reason << '\n'
             << (options.steady ? "steady" : "steps: " + std::to_string(steps.count)) << ", "
-            << (solver.method == Method::Krylov ? "iterations: " : "refinements: ")
-            << steps.total.iterations << ", largest relative residual "
-            << text(steps.total.residual) << '\n'
+            << (solver.iterates ? "iterations: " : "refinements: ") << steps.total.iterations
+            << ", largest relative residual " << text(steps.total.residual) << '\n'
             << options.field << " was in " << before << ", is in " << after << '\n'
             << note;
 }

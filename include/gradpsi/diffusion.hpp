@@ -110,6 +110,16 @@ class ImplicitDiffusion {
   /// @throws SolverError  as step()
   SolveReport damped_step(Eigen::Ref<Eigen::MatrixXd> u);
 
+  /// @name What drives it
+  /// Other numbers where there are such conditions; the matrix remains, and its factor or hierarchy.
+  /// @throws InvalidInput  if the size is wrong or a value is not finite (names the point); all is as before
+  /// @{
+  void set_source(const VectorView& source);  ///< f, n values; empty: 0
+  void set_fixed_values(
+      DenseVector values);  ///< one per fixed point; empty: each keeps the value it has
+  void set_flux(const VectorView& flux);  ///< one per wall point; empty: 0
+  /// @}
+
   /// Another time step: the matrix is factorised anew, and analysed only if another method is chosen.
   /// @throws as LinearSolver::refactor()
   void set_time_step(double time_step);

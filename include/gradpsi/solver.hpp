@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,9 +19,10 @@ enum class Method {
   Auto,      ///< what LinearSolver finds fit for the matrix
   Cholesky,  ///< CHOLMOD, for symmetric positive definite matrices only
   Lu,        ///< UMFPACK, for any regular matrix
-  Krylov     ///< conjugate gradients or BiCGSTAB, preconditioned
+  Krylov,    ///< conjugate gradients or BiCGSTAB, preconditioned
+  Multigrid  ///< the same, preconditioned by multigrid on the points, which must have volumes
 };
-std::string_view name(Method method);  ///< "auto", "cholesky", "lu", "krylov"
+std::string_view name(Method method);  ///< "auto", "cholesky", "lu", "krylov", "multigrid"
 /// @throws InvalidInput  listing the valid names, nearest spelling first
 Method method(std::string_view name);
 
@@ -39,8 +42,16 @@ struct SolverOptions {
   int max_iterations = 10'000;   ///< for each right-hand side, at least 1
   Ordering ordering = Ordering::Coordinates;  ///< of a factorisation's unknowns
   double memory = 0;  ///< bytes that a factorisation may take; 0: three quarters of the machine's
-  /// 0 to 1024; 0: as many as OpenMP offers. Krylov methods do not depend on it to the last bit.
+  /// 0 to 1024; 0: as many as OpenMP offers. Krylov methods and multigrid do not depend on it to the last bit.
   int threads = 0;
+  /// About how many right-hand sides each matrix is for, at least 1: Auto weighs preparing against solving.
+  int solves = 100;
+  /// What solutions' mean by volume is to be, where any constant may be added to them: then A x + c = b is solved,
+  /// c being what has to be taken from b for that. None: such a matrix is an error.
+  std::optional<double> mean = {};
+  /// Called after each iteration of a Krylov method with its number, from 1, all right-hand sides together, and the
+  /// relative residual by its recursion. What it throws ends the solve.
+  std::function<void(int iteration, double residual)> progress = {};
 };
 
 /// What a factorisation took.
@@ -59,18 +70,20 @@ struct SolverReport {
   std::string description;       ///< "BiCGSTAB preconditioned by ..."
   std::string reason;            ///< "the matrix is not symmetric, ..."
   int unknowns = 0;              ///< n
-  FactorReport factor = {};      ///< in a Krylov method the preconditioner's, if that is a factor
-  /// Rows that may keep a Krylov method from converging, those of whose diagonal entries the sign is not that of
-  /// most, as where a field grows: "of 3 rows ..: point 5, .."; empty: none.
+  FactorReport factor = {};      ///< or of a Krylov method's preconditioner, its hierarchy
+  bool iterates = false;         ///< a solve counts iterations, not refinements
+  /// Rows whose diagonal entries have not the sign of most, as where a field grows: they may keep iterations with the
+  /// diagonal from converging. "of 3 rows ..: point 5, .."; empty: none.
   std::string caution = {};
+  double setup_seconds = 0;  ///< wall clock of the latest constructor or refactor()
 };
 
 /// How a solve went.
 struct SolveReport {
-  double residual =
-      0;  ///< true relative residual |b - A x| / |b|, the largest of all columns; 0 for b = 0
-  int iterations = 0;  ///< of a Krylov method, all columns together; else steps of refinement
-  double seconds = 0;  ///< wall clock
+  double residual = 0;  ///< true |b - A x| / |b|, the largest of all columns; 0 for b = 0
+  int iterations = 0;   ///< of a Krylov method, all columns together; else steps of refinement
+  double seconds = 0;   ///< wall clock
+  double removed = 0;   ///< with SolverOptions::mean: the largest |c| of all columns
 };
 
 /// The points that a matrix's rows and columns belong to: what a solver may know beyond the entries.
@@ -85,14 +98,12 @@ struct SystemPoints {
 /// Solves A x = b for many b: the constructor chooses a method and factorises, solve() can then be
 /// called again and again.
 ///
-/// Auto takes Cholesky if diag(volumes) A is symmetric, entry by entry, and its factorisation finds it
-/// positive definite; for other matrices LU, or BiCGSTAB where there are too many unknowns for LU or
-/// time steps are short. Where a factor would not fit the memory, a Krylov method takes over:
-/// conjugate gradients if A is symmetric and diagonally dominant, else BiCGSTAB; LU takes over from one
-/// that does not converge in 1,000 iterations, if it fits. Where SolverReport::caution names rows, LU comes first
-/// if it fits, and 1,000 iterations have to halve the residual. They are
-/// preconditioned by the diagonal; in stiff problems in one and two dimensions by the factor of a compact
-/// symmetric twin. report() tells what was chosen and why.
+/// Auto takes what is likely to be fastest for preparing the matrix and SolverOptions::solves solves: Cholesky if
+/// diag(volumes) A is symmetric, entry by entry, and its factorisation finds it positive definite; LU for other
+/// matrices; or a Krylov method: conjugate gradients if A is symmetric and diagonally dominant, else
+/// BiCGSTAB, preconditioned by the diagonal or by multigrid on the points. Where a factor would not fit the memory,
+/// another method takes over, and LU takes over from iterations that do not converge soon, if it fits. Where
+/// SolverReport::caution names rows, 1,000 iterations have to halve the residual. report() tells what is used.
 ///
 /// Not to be used from two threads at a time; two solvers may. While one factorises or solves, it sets
 /// OpenBLAS's number of threads, which belongs to the process, and restores it afterwards.
@@ -105,7 +116,7 @@ class LinearSolver {
   ///   not finite, a row has only zeros; if Method::Cholesky is asked for and diag(volumes) A is not
   ///   symmetric
   /// @throws SolverError  if the matrix is singular (constants on a connected set of points are in its
-  ///   null space, or a pivot is zero); if Method::Cholesky is asked for and it is not positive
+  ///   null space, but for what SolverOptions::mean allows, or a pivot is zero); if Method::Cholesky is asked for and it is not positive
   ///   definite; if a factor asked for would not fit the memory
   /// @throws std::bad_alloc  if memory runs out all the same
   explicit LinearSolver(SparseMatrix matrix, SolverOptions options = {}, SystemPoints points = {});

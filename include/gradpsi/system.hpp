@@ -61,6 +61,16 @@ class DiffusionSystem {
   /// Puts prescribed values in their place among u's n.
   void set_fixed(std::span<double> u) const;
 
+  /// Another source, n values; empty: 0.
+  /// @throws InvalidInput  if the size is wrong or a value is not finite (names the point)
+  void set_source(const VectorView& source);
+  /// Other values of the fixed points, in their order; empty: each keeps the value it has.
+  /// @throws InvalidInput  as above
+  void set_fixed_values(DenseVector values);
+  /// Another flux of the walls, in their order; empty: 0.
+  /// @throws InvalidInput  as above
+  void set_flux(const VectorView& flux);
+
   /// Changes the entries of a matrix that was taken to those of another time step.
   /// @throws InvalidInput  if the step is out of range, or the matrix is another one
   void set_time_step(double time_step, SparseMatrix& matrix);

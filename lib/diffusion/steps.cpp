@@ -1,6 +1,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/resize.hpp"
@@ -25,6 +26,13 @@ auto span(Column&& column) {
   return std::span(column.data(), static_cast<std::size_t>(column.size()));
 }
 
+/// A steady problem is solved once.
+SolverOptions solver_options(const DiffusionOptions& options) {
+  SolverOptions result = options.solver;
+  if (std::isinf(options.time_step)) result.solves = 1;
+  return result;
+}
+
 /// By the theta method, or half as long by backward Euler.
 enum class Step { Whole, Half };
 
@@ -36,7 +44,7 @@ struct ImplicitDiffusion::State {
       : points(cloud.size()),
         theta(options.theta),
         system(cloud, with_all_rows(laplacian), conditions, options),
-        solver(system.take_matrix(), options.solver, system.take_points()),
+        solver(system.take_matrix(), solver_options(options), system.take_points()),
         threads(options.solver.threads) {}
 
   SolveReport advance(Eigen::Ref<Eigen::MatrixXd> u, Step kind);
@@ -94,6 +102,14 @@ ImplicitDiffusion::ImplicitDiffusion(const Cloud& cloud, const Operator& laplaci
 ImplicitDiffusion::ImplicitDiffusion(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion& ImplicitDiffusion::operator=(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion::~ImplicitDiffusion() = default;
+
+void ImplicitDiffusion::set_source(const VectorView& source) { state_->system.set_source(source); }
+
+void ImplicitDiffusion::set_fixed_values(DenseVector values) {
+  state_->system.set_fixed_values(std::move(values));
+}
+
+void ImplicitDiffusion::set_flux(const VectorView& flux) { state_->system.set_flux(flux); }
 
 void ImplicitDiffusion::set_time_step(double time_step) {
   SparseMatrix matrix = state_->solver.matrix();

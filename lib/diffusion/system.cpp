@@ -50,6 +50,17 @@ void check_size(const char* name, std::span<const double> values, std::ptrdiff_t
                        " entries, not " + std::to_string(wanted));
 }
 
+/// Refuses other numbers of values than `wanted` or none, and those that are not finite.
+template <class PointOf>
+void check_values(const char* name, const VectorView& values, std::ptrdiff_t wanted,
+                  const PointOf& point) {
+  if (values.size() == 0) return;
+  check_size(name, std::span(values.data(), static_cast<std::size_t>(values.size())), wanted);
+  for (Eigen::Index k = 0; k < values.size(); ++k)
+    if (!std::isfinite(values[k]))
+      throw InvalidInput(std::string(name) + ": not finite at point " + std::to_string(point(k)));
+}
+
 SystemPoints system_points(const Cloud& cloud, const Operator& laplacian,
                            const std::vector<int>& rows) {
   const VectorView& volumes = laplacian.volumes.size() > 0 ? laplacian.volumes : cloud.volumes();
@@ -247,6 +258,25 @@ void DiffusionSystem::damped_right_hand_side(std::span<const double> u, std::spa
 void DiffusionSystem::set_fixed(std::span<double> u) const {
   check_size("u", u, point_count_);
   for (Eigen::Index k = 0; k < fixed_.values.size(); ++k) u[fixed_.points[k]] = fixed_.values[k];
+}
+
+void DiffusionSystem::set_source(const VectorView& source) {
+  check_values("source", source, point_count_, [](Eigen::Index i) { return i; });
+  for (std::size_t row = 0; row < rows_.size(); ++row)
+    if (evolves_[row] != 0) constant_[row] = source.size() > 0 ? source[rows_[row]] : 0;
+}
+
+void DiffusionSystem::set_fixed_values(DenseVector values) {
+  check_values("fixed values", values, std::ssize(fixed_.points),
+               [&](Eigen::Index k) { return fixed_.points[k]; });
+  fixed_.values = std::move(values);
+}
+
+void DiffusionSystem::set_flux(const VectorView& flux) {
+  check_values("flux", flux, std::ssize(walls_),
+               [&](Eigen::Index k) { return rows_[walls_[k].row]; });
+  for (std::size_t k = 0; k < walls_.size(); ++k)
+    constant_[walls_[k].row] = flux.size() > 0 ? walls_[k].scale * flux[k] : 0;
 }
 
 void DiffusionSystem::set_time_step(double time_step, SparseMatrix& matrix) {

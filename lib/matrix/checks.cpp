@@ -1,56 +1,76 @@
 #include "matrix/checks.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "base/sets.hpp"
 
 namespace gradpsi {
+namespace {
 
-bool is_symmetric(const SparseMatrix& A, const VectorView& scale) {
+constexpr int rows_per_chunk = 4096;
+
+}  // namespace
+
+bool is_symmetric(const SparseMatrix& A, const VectorView& scale, int threads) {
   const int n = static_cast<int>(A.rows());
   const int* const outer = A.outerIndexPtr();
   const int* const column = A.innerIndexPtr();
   const double* const a = A.valuePtr();
   Eigen::VectorXd size(n);
-  for (int i = 0; i < n; ++i) size[i] = std::abs(scale[i] * A.coeff(i, i));
-  const auto differ = [&](int i, int j, double ij, double ji) {
-    return !(std::abs(scale[i] * ij - scale[j] * ji) <= 1e-12 * std::sqrt(size[i] * size[j]));
+  parallel_chunks(n, rows_per_chunk, threads, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i) size[i] = std::abs(scale[i] * A.coeff(i, i));
+  });
+  const auto agrees = [&](int i, int k, bool& there) {
+    const int j = column[k];
+    const int* const at = std::lower_bound(column + outer[j], column + outer[j + 1], i);
+    there = at < column + outer[j + 1] && *at == i;
+    const double mirrored = there ? a[at - column] : 0;
+    return std::abs(scale[i] * a[k] - scale[j] * mirrored) <= 1e-12 * std::sqrt(size[i] * size[j]);
   };
-  // With i ascending, row j is asked for its entries left of the diagonal in their order: next[j].
-  std::vector<int> next(outer, outer + n);
-  const auto has_partnerless = [&](int j, int before) {
-    for (int& at = next[j]; at < outer[j + 1] && column[at] < before; ++at)
-      if (differ(j, column[at], a[at], 0)) return true;
-    return false;
+  // Entries above the diagonal meet those below it; if some of these are left, they are compared, too.
+  std::atomic<std::int64_t> unmatched = 0;
+  std::atomic<bool> differs = false;
+  const auto compare = [&](int begin, int end, bool above) {
+    std::int64_t below = 0, matched = 0;
+    for (int i = begin; i < end && !differs; ++i)
+      for (int k = outer[i]; k < outer[i + 1]; ++k) {
+        bool there = false;
+        if (column[k] == i || (column[k] > i) != above) {
+          below += column[k] < i;
+          continue;
+        }
+        if (!agrees(i, k, there)) differs = true;
+        matched += there;
+      }
+    unmatched += below - matched;
   };
-  for (int i = 0; i < n; ++i) {
-    if (has_partnerless(i, i)) return false;
-    for (int k = outer[i]; k < outer[i + 1]; ++k) {
-      const int j = column[k];
-      if (j <= i) continue;
-      if (has_partnerless(j, i)) return false;
-      int& at = next[j];
-      const bool there = at < outer[j + 1] && column[at] == i;
-      if (differ(i, j, a[k], there ? a[at] : 0)) return false;
-      at += there;
-    }
-  }
-  return true;
+  parallel_chunks(n, rows_per_chunk, threads,
+                  [&](int begin, int end) { compare(begin, end, true); });
+  if (!differs && unmatched != 0)
+    parallel_chunks(n, rows_per_chunk, threads,
+                    [&](int begin, int end) { compare(begin, end, false); });
+  return !differs;
 }
 
-bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal) {
-  for (int i = 0; i < A.rows(); ++i) {
-    const int column = diagonal.empty() ? i : diagonal[i];
-    double excess = 0, own = 0;
-    for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
-      if (a.col() == column) own = a.value();
-      excess += a.col() == column ? a.value() : -std::abs(a.value());
+bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal, int threads) {
+  std::atomic<bool> result = true;
+  parallel_chunks(static_cast<int>(A.rows()), rows_per_chunk, threads, [&](int begin, int end) {
+    for (int i = begin; i < end && result; ++i) {
+      const int column = diagonal.empty() ? i : diagonal[i];
+      double excess = 0, own = 0;
+      for (SparseMatrix::InnerIterator a(A, i); a; ++a) {
+        if (a.col() == column) own = a.value();
+        excess += a.col() == column ? a.value() : -std::abs(a.value());
+      }
+      if (!(excess >= -1e-12 * own)) result = false;
     }
-    if (!(excess >= -1e-12 * own)) return false;
-  }
-  return true;
+  });
+  return result;
 }
 
 std::vector<int> reversed_rows(const SparseMatrix& A) {

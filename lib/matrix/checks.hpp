@@ -38,12 +38,12 @@ inline std::vector<char> vanishing_rows(const SparseMatrix& A) {
 
 /// Whether diag(scale) A is symmetric: entries (i, j) and (j, i) differ by at most 1e-12 of the
 /// geometric mean of the diagonal's i and j.
-bool is_symmetric(const SparseMatrix& A, const VectorView& scale);
+bool is_symmetric(const SparseMatrix& A, const VectorView& scale, int threads = 1);
 
 /// Whether every diagonal entry is at least the sum of the magnitudes of the others in its row, up to
 /// 1e-12 of it: by Gershgorin, if A is symmetric after scaling its rows, no eigenvalue is negative.
 /// @param diagonal  the column of each row's diagonal entry, if these are some of a matrix's rows
-bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal = {});
+bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal = {}, int threads = 1);
 
 /// Rows whose diagonal entry has not the sign that most have, ascending. In the matrix of an implicit step they are
 /// where a field grows faster than the step is short.

@@ -5,6 +5,7 @@
 
 #include "base/parallel.hpp"
 #include "gradpsi/matrix.hpp"
+#include "gradpsi/spmv.hpp"
 #include "matrix/products.hpp"
 
 namespace gradpsi {
@@ -21,6 +22,19 @@ inline void rows_product(const SparseMatrix& A, int begin, int end, const double
                   begin, end);
 }
 
+/// The same with values of single precision.
+inline void rows_product(const SingleSparseMatrix& A, int begin, int end, const double* x,
+                         double* y) {
+  product_kernels(gathering_cpu())
+      .single({A.outerIndexPtr(),
+               A.innerIndexPtr(),
+               static_cast<int>(A.nonZeros()),
+               {A.valuePtr()},
+               {x},
+               {y}},
+              begin, end);
+}
+
 /// (A x)_i
 inline double row_product(const SparseMatrix& A, int i, const double* x) {
   double y;
@@ -29,8 +43,8 @@ inline double row_product(const SparseMatrix& A, int i, const double* x) {
 }
 
 /// Calls f(i, (A x)_i) for each row, rows over threads.
-template <class F>
-void for_each_product(const SparseMatrix& A, const double* x, int threads, const F& f) {
+template <class Matrix, class F>
+void for_each_product(const Matrix& A, const double* x, int threads, const F& f) {
   constexpr int block = 256;  // rows, whose products stay in the cache
   parallel_chunks(static_cast<int>(A.rows()), 16 * block, threads, [&A, x, &f](int begin, int end) {
     double products[block];

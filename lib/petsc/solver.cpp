@@ -216,6 +216,7 @@ void Solver::describe() {
   const std::string where =
       " (PETSc, " + std::to_string(count) + (count > 1 ? " processes)" : " process)");
   report_.method = method;
+  report_.iterates = iterates(method);
   report_.description =
       iterates(method)
           ? words(solver) + " preconditioned by " + words(preconditioner) + where

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "python/arrays.hpp"
@@ -32,13 +33,16 @@ constexpr std::pair<std::string_view, Ordering> orderings[] = {
     {"coordinates", Ordering::Coordinates}, {"amd", Ordering::Amd}, {"metis", Ordering::Metis}};
 
 SolverOptions solver_options(const std::string& its_method, double tolerance, int max_iterations,
-                             const std::string& ordering, double memory, int threads) {
+                             const std::string& ordering, double memory, int threads,
+                             int solves, std::optional<double> mean) {
   return {.method = method(its_method),
           .tolerance = tolerance,
           .max_iterations = max_iterations,
           .ordering = choice("ordering", ordering, orderings),
           .memory = memory,
-          .threads = threads};
+          .threads = threads,
+          .solves = solves,
+          .mean = mean};
 }
 
 std::string_view ordering_name(const SolverOptions& options) {
@@ -117,13 +121,17 @@ void bind_options(py::module_& m) {
            py::arg("tolerance") = SolverOptions().tolerance,
            py::arg("max_iterations") = SolverOptions().max_iterations,
            py::arg("ordering") = "coordinates", py::arg("memory") = 0.0, py::arg("threads") = 0,
+           py::arg("solves") = SolverOptions().solves, py::arg("mean") = py::none(),
            R"(method: "auto" looks at the matrix; "cholesky" for symmetric positive definite
-  ones, "lu", "krylov".
+  ones, "lu", "krylov", "multigrid" on the points.
 tolerance: largest relative residual |b - A x| / |b|, 0 to 1. max_iterations: for each
   right-hand side.
 ordering: in which a factorisation eliminates: "coordinates" (of the cloud), "amd", "metis".
 memory: bytes that a factorisation may take; 0: three quarters of the machine's.
-threads: 0: as many as OpenMP offers.
+threads: 0: as many as OpenMP offers. solves: about how many right-hand sides each matrix is for,
+  by which "auto" weighs preparing against solving.
+mean: by volume, of solutions that any constant may be added to; what is then taken from b so
+  that there is one is SolveReport.removed. None: such a matrix is an error.
 Raises InvalidInput for a name that is not one of these; numbers are checked by the solver.)")
       .def_property_readonly(
           "method", [](const SolverOptions& o) { return name(o.method); }, "As given")
@@ -131,7 +139,9 @@ Raises InvalidInput for a name that is not one of these; numbers are checked by 
       .def_readonly("max_iterations", &SolverOptions::max_iterations, "As given")
       .def_property_readonly("ordering", &ordering_name, "As given")
       .def_readonly("memory", &SolverOptions::memory, "Bytes")
-      .def_readonly("threads", &SolverOptions::threads, "As given");
+      .def_readonly("threads", &SolverOptions::threads, "As given")
+      .def_readonly("solves", &SolverOptions::solves, "As given")
+      .def_readonly("mean", &SolverOptions::mean, "As given");
 }
 
 void bind_reports(py::module_& m) {
@@ -147,7 +157,7 @@ void bind_reports(py::module_& m) {
   py::class_<SolverReport>(m, "SolverReport", "What a linear system is solved with, and why.")
       .def_property_readonly(
           "method", [](const SolverReport& r) { return name(r.method); },
-          "\"cholesky\", \"lu\" or \"krylov\"")
+          "\"cholesky\", \"lu\", \"krylov\" or \"multigrid\"")
       .def_readonly("description", &SolverReport::description, "For people")
       .def_readonly("reason", &SolverReport::reason, "Why this method")
       .def_readonly("unknowns", &SolverReport::unknowns, "Their number")
@@ -160,7 +170,9 @@ void bind_reports(py::module_& m) {
                     "True relative residual |b - A x| / |b|, the largest of all columns")
       .def_readonly("iterations", &SolveReport::iterations,
                     "Of a Krylov method, all columns together; else steps of refinement")
-      .def_readonly("seconds", &SolveReport::seconds, "That it took");
+      .def_readonly("seconds", &SolveReport::seconds, "That it took")
+      .def_readonly("removed", &SolveReport::removed,
+                    "With a mean: the largest constant that was taken from a right-hand side");
 }
 
 constexpr auto linear_solver_doc =

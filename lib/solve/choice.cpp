@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/text.hpp"
 #include "solve/errors.hpp"
@@ -11,27 +12,32 @@
 namespace gradpsi {
 namespace {
 
-// Where preconditioners cross over, measured in benchmarks/README.md: dt nu / dx^2 above which a twin's factor
-// does better than the diagonal, and the diagonal's iterations above which multigrid is worth its set-up.
-constexpr double stiff = 100;
-constexpr double many = 60;
+// Measured in benchmarks/README.md.
+constexpr double many = 90;  // the diagonal's iterations, above which BoomerAMG is worth its set-up
 constexpr int patience = 1'000;  // iterations until LU takes over
+constexpr int soon = 100;        // of multigrid, which converges in a few or not at all
 
-/// The iterations that the diagonal would take: they grow with a step's reach, sqrt(dt nu), until that is the
-/// whole domain.
-double iterations_by_diagonal(const Traits& traits) {
-  const double width = std::pow(static_cast<double>(traits.unknowns), 1.0 / traits.dimension);
-  return std::min(10 * std::sqrt(traits.stiffness), 1.3 * width);
-}
-
-Preconditioner preconditioner(const Traits& traits) {
-  if (!traits.spread)
-    return traits.stiffness > stiff && traits.dimension < 3 ? Preconditioner::Twin
-                                                            : Preconditioner::Diagonal;
-  if (!(iterations_by_diagonal(traits) > many)) return Preconditioner::Diagonal;
+Preconditioner multigrid(const Traits& traits) {
+  if (!traits.spread) return Preconditioner::Points;
   // The twin is worth its making where the matrix has long rows or rows that multigrid cannot use.
   return traits.dimension == 3 || traits.walls ? Preconditioner::TwinMultigrid
                                                : Preconditioner::Multigrid;
+}
+
+bool is_among(const std::vector<Refusal>& refused, Method method) {
+  return std::ranges::find(refused, method, &Refusal::method) != refused.end();
+}
+
+Preconditioner preconditioner(const Traits& traits, Method method,
+                              const std::vector<Refusal>& refused) {
+  if (method == Method::Multigrid) return multigrid(traits);
+  if (is_among(refused, Method::Multigrid) || !traits.has_volumes())
+    return Preconditioner::Diagonal;
+  const double diagonal = iterations_by_diagonal(traits);
+  const bool worth =
+      traits.spread ? diagonal > many
+                    : row_of(Method::Multigrid).cost(traits) < row_of(Method::Krylov).cost(traits);
+  return worth ? multigrid(traits) : Preconditioner::Diagonal;
 }
 
 /// "the matrix is .., of .. unknowns, .."
@@ -42,7 +48,13 @@ std::string description(const Traits& traits) {
           : !traits.dominant  ? "symmetric but not diagonally dominant"
                               : "symmetric";
   text += ", of " + std::to_string(traits.unknowns) + " unknowns";
-  if (!std::isnan(traits.stiffness)) text += ", with dt nu / dx^2 = " + rounded(traits.stiffness);
+  if (std::isinf(traits.stiffness))
+    text += ", steady";
+  else if (traits.has_volumes())
+    text += ", with dt nu / dx^2 = " + rounded(traits.stiffness);
+  if (!traits.spread)
+    text += traits.solves == 1 ? ", to be solved once"
+                               : ", to be solved " + std::to_string(traits.solves) + " times";
   return text;
 }
 
@@ -51,35 +63,44 @@ std::string reason(Method method, const Traits& traits, const std::vector<Refusa
   std::string text = description(traits);
   for (const Refusal& refusal : refused) {
     if (refusal.method == Method::Cholesky) return "the matrix is symmetric, but " + refusal.why;
-    text += refusal.why.empty() ? ", and memory ran out for LU" : ", and for LU " + refusal.why;
+    const std::string whose =
+        refusal.method == Method::Lu ? "LU" : std::string(name(refusal.method));
+    text += refusal.why.empty() ? ", and memory ran out for " + whose
+                                : ", and for " + whose + " " + refusal.why;
   }
   return text;
-}
-
-bool is_among(const std::vector<Refusal>& refused, Method method) {
-  return std::ranges::find(refused, method, &Refusal::method) != refused.end();
 }
 
 }  // namespace
 
 Choice choose(const Traits& traits, Method asked, const std::vector<Refusal>& refused) {
   if (asked == Method::Cholesky && !traits.symmetric) throw not_symmetric();
+  if (asked == Method::Multigrid && !traits.has_volumes()) throw no_volumes();
   Choice result{.method = asked,
                 .reason = "as asked",
                 .conjugate = traits.symmetric && traits.dominant,
-                .preconditioner = preconditioner(traits)};
+                .preconditioner = preconditioner(traits, asked, refused)};
   if (asked != Method::Auto) return result;
-  const auto fits = [&](const MethodRow& row) {
-    return row.fits(traits) && !is_among(refused, row.method);
+  const auto cost = [&](const MethodRow& row) {
+    return is_among(refused, row.method) ? std::numeric_limits<double>::infinity()
+                                         : row.cost(traits);
   };
-  result.method = std::ranges::find_if(methods(), fits)->method;  // Krylov methods always do
+  result.method = std::ranges::min(methods(), {}, cost).method;  // Krylov methods always can
   result.reason = reason(result.method, traits, refused);
+  result.preconditioner = preconditioner(traits, result.method, refused);
   result.provisional = iterates(result.method);
   return result;
 }
 
 int most_iterations(const Choice& choice, const SolverOptions& options) {
-  return choice.provisional ? std::min(options.max_iterations, patience) : options.max_iterations;
+  if (!choice.provisional) return options.max_iterations;
+  return std::min(options.max_iterations,
+                  choice.preconditioner == Preconditioner::Points ? soon : patience);
+}
+
+double iterations_by_diagonal(const Traits& traits) {
+  const double width = std::pow(static_cast<double>(traits.unknowns), 1.0 / traits.dimension);
+  return std::min(15 * std::sqrt(std::max(traits.stiffness, 0.0)), 2 * width);
 }
 
 Choice successor(const Choice& choice) {

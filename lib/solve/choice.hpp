@@ -10,8 +10,8 @@ namespace gradpsi {
 /// What makes iterations fewer.
 enum class Preconditioner {
   Diagonal,
-  Twin,          // the factor of a compact symmetric twin, see twin.hpp
-  Multigrid,     // of the matrix
+  Points,        // multigrid on coarser points, see multigrid.hpp
+  Multigrid,     // of the matrix, by its entries
   TwinMultigrid  // of its twin
 };
 
@@ -35,6 +35,13 @@ struct Refusal {
 /// @param refused  what has been tried in vain
 /// @throws InvalidInput  if Cholesky is asked for and the matrix is not symmetric
 Choice choose(const Traits& traits, Method asked, const std::vector<Refusal>& refused = {});
+
+/// The iterations that conjugate gradients with the diagonal would take to a relative residual of 1e-8: they grow
+/// with a step's reach, sqrt(dt nu), until that is the whole domain. NaN without volumes.
+double iterations_by_diagonal(const Traits& traits);
+
+// What multigrid on the points costs, in such iterations: to prepare, and to solve once.
+constexpr double multigrid_setup = 60, multigrid_solve = 50;
 
 /// Whether a method iterates rather than factorises the matrix.
 bool iterates(Method method);

@@ -171,8 +171,10 @@ void Cholesky::solve(const double* b, double* x, int columns) {
     if (s.L.object->is_super)
       allocate(&s.Y.object, n, columns);
     else
-      allocate(&s.Y.object, std::min(columns, 4), n);
+      allocate(&s.Y.object, 4, n);
   }
+  // CHOLMOD shrinks this workspace to the columns that it solves for, and next time wants four again.
+  if (!s.L.object->is_super) s.Y.object->nrow = s.Y.object->d = 4;
   double* const scaled = static_cast<double*>(s.B.object->x);
   for (int c = 0; c < columns; ++c)
     for (std::size_t i = 0; i < n; ++i) scaled[c * n + i] = s.scale[i] * b[c * n + i];

@@ -16,6 +16,10 @@ namespace gradpsi {
 inline void check_options(const SolverOptions& options) {
   if (!(options.tolerance > 0 && options.tolerance < 1))
     throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
+  if (options.mean && !std::isfinite(*options.mean))
+    throw InvalidInput("mean must be finite, not " + shortest(*options.mean));
+  if (options.solves < 1)
+    throw InvalidInput("solves must be at least 1, not " + std::to_string(options.solves));
   if (options.max_iterations < 1)
     throw InvalidInput("max_iterations must be at least 1, not " +
                        std::to_string(options.max_iterations));
@@ -27,6 +31,10 @@ inline InvalidInput not_symmetric() {
   return InvalidInput(
       "cholesky needs a matrix that is symmetric after scaling its rows by volume; this one is "
       "not: use lu or krylov");
+}
+
+inline InvalidInput no_volumes() {
+  return InvalidInput("multigrid needs the points of the unknowns, with their volumes");
 }
 
 /// Cholesky met a pivot that is not positive.

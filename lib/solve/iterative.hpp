@@ -6,8 +6,8 @@
 
 namespace gradpsi {
 
-/// Conjugate gradients or BiCGSTAB, preconditioned by the diagonal or by the factor of a twin, either
-/// corrected at walls.
+/// Conjugate gradients or BiCGSTAB, preconditioned by multigrid on the points, or by the diagonal or the factor of
+/// a twin, either corrected at walls.
 std::unique_ptr<PreparedMethod> make_krylov();
 
 }  // namespace gradpsi

@@ -62,15 +62,15 @@ void Krylov::start_anew() {
 
 int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
                                 const Precondition& precondition, const double* b, double* x,
-                                double target, int max_iterations) {
+                                const Goal& goal) {
   double* const r = r_.data();
   double* const p = p_.data();
   double* const v = v_.data();
   double* const z = z_.data();
   const double* const d = scale.data();
-  if (residual(A, b, x, r, threads_) <= target) return 0;
+  if (residual(A, b, x, r, threads_) <= goal.target) return 0;
   double before = 0;
-  for (int iteration = 1; iteration <= max_iterations; ++iteration) {
+  for (int iteration = 1; iteration <= goal.limit; ++iteration) {
     precondition(r, z);
     const auto [rz] = sum<1>([=](int i) { return std::array{d[i] * r[i] * z[i]}; });
     const double beta = iteration == 1 ? 0 : rz / before;
@@ -85,20 +85,20 @@ int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
       r[i] -= alpha * v[i];
       return std::array{r[i] * r[i]};
     });
-    if (std::sqrt(squared) <= target) return iteration;
+    if (goal.is_reached(iteration, std::sqrt(squared))) return iteration;
   }
-  return max_iterations;
+  return goal.limit;
 }
 
 int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b,
-                     double* x, double target, int max_iterations) {
+                     double* x, const Goal& goal) {
   double *const r = r_.data(), *const start = start_.data(), *const p = p_.data();
   double *const v = v_.data(), *const s = s_.data(), *const t = t_.data();
   double *const y = y_.data(), *const z = z_.data();
   double norm = residual(A, b, x, r, threads_);
-  if (norm <= target) return 0;
+  if (norm <= goal.target) return 0;
   double rho = 0, alpha = 0, omega = 0, start_norm = 0;
-  for (int iteration = 1; iteration <= max_iterations; ++iteration) {
+  for (int iteration = 1; iteration <= goal.limit; ++iteration) {
     auto [next] = sum<1>([=](int i) { return std::array{start[i] * r[i]}; });
     // Where the residual has become orthogonal to the one it started from, start again.
     if (rho == 0 || !(std::abs(next) > 1e-14 * start_norm * norm)) {
@@ -124,10 +124,10 @@ int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, co
       return std::array{r[i] * r[i]};
     });
     norm = std::sqrt(squared);
-    if (norm <= target) return iteration;
+    if (goal.is_reached(iteration, norm)) return iteration;
     if (omega == 0) rho = 0;
   }
-  return max_iterations;
+  return goal.limit;
 }
 
 }  // namespace gradpsi

@@ -17,17 +17,29 @@ class Krylov {
   /// z = M^-1 r, M a preconditioner.
   using Precondition = std::function<void(const double* r, double* z)>;
 
+  /// Iterations end when |b - A x| <= target by their recursion, or after `limit` of them.
+  struct Goal {
+    double target;
+    int limit;
+    std::function<void(int iteration, double norm)> progress =
+        {};  // called after each, if there is one
+    bool is_reached(int iteration, double norm) const {
+      if (progress) progress(iteration, norm);
+      return norm <= target;
+    }
+  };
+
   Krylov(int n, int threads);
 
   /// Conjugate gradients for S = diag(scale) A symmetric positive definite, M similar to A and diag(scale) M
   /// symmetric positive definite; and BiCGSTAB for any A (H. A. van der Vorst, SIAM J. Sci. Stat. Comput.
-  /// 13, 1992), restarted where the residual has become orthogonal to its start. Both start from x and end
-  /// when |b - A x| <= target by their recursion, or after that many iterations. Returns those done.
+  /// 13, 1992), restarted where the residual has become orthogonal to its start. Both start from x and return
+  /// the iterations done.
   int conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
                           const Precondition& precondition, const double* b, double* x,
-                          double target, int max_iterations);
+                          const Goal& goal);
   int bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b, double* x,
-               double target, int max_iterations);
+               const Goal& goal);
 
  private:
   template <int Sums, class F>

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <vector>
 
 #include "base/text.hpp"
@@ -12,30 +14,53 @@
 namespace gradpsi {
 namespace {
 
-// Where LU and Krylov methods cross over, measured in benchmarks/README.md.
-constexpr double mild = 3;        // dt nu / dx^2 up to which the diagonal preconditions well
-constexpr int always_lu = 2'000;  // unknowns
-constexpr int most_lu = 300'000;  // in one and two dimensions
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr int few = 2'000;  // unknowns, where whatever is surest is fast
+constexpr int most_lu =
+    300'000;  // unknowns, in one and two dimensions, or where these are not known
 constexpr int most_lu_3d = 20'000;
 
-bool never(const Traits&) { return false; }
-bool always(const Traits&) { return true; }
+// Costs are fits to what benchmarks/README.md measures, on jittered points with some 28 entries a row in two
+// dimensions and 70 in three.
 
-bool fits_cholesky(const Traits& traits) {
-  return traits.symmetric && !traits.indefinite && !traits.spread;
+double never(const Traits&) { return infinite; }
+
+/// Of a factor of a symmetric matrix.
+double factor_cost(const Traits& traits) {
+  const auto n = static_cast<double>(traits.unknowns);
+  if (n <= few) return 0;
+  if (traits.dimension == 3) return 200 + 0.03 * n + traits.solves * (2 + 0.4 * std::cbrt(n));
+  return traits.dimension == 2 ? 100 + 0.8 * std::sqrt(n) + 8.0 * traits.solves
+                               : 50 + 4.0 * traits.solves;
 }
 
-bool fits_lu(const Traits& traits) {
-  const bool easy = traits.unknowns > always_lu && traits.stiffness <= mild && !traits.reversed;
+double cholesky_cost(const Traits& traits) {
+  return traits.symmetric && !traits.indefinite && !traits.spread ? factor_cost(traits) : infinite;
+}
+
+double lu_cost(const Traits& traits) {
   const bool small = traits.unknowns <= (traits.dimension == 3 ? most_lu_3d : most_lu);
-  return (!traits.symmetric || traits.indefinite) && !traits.spread && !easy && small;
+  const bool needed = !traits.symmetric || traits.indefinite;
+  return needed && small && !traits.spread ? 2.5 * factor_cost(traits) : infinite;
 }
 
-constexpr std::array<MethodRow, 4> rows = {
+double krylov_cost(const Traits& traits) {
+  // Iterations of a matrix of which nothing is known, or that lets fields grow, may take for ever.
+  if (!traits.has_volumes() || traits.reversed) return std::numeric_limits<double>::max();
+  return traits.solves * iterations_by_diagonal(traits);
+}
+
+double multigrid_cost(const Traits& traits) {
+  return traits.has_volumes() && !traits.spread ? multigrid_setup + traits.solves * multigrid_solve
+                                                : infinite;
+}
+
+constexpr std::array<MethodRow, 5> rows = {
     {{Method::Auto, "auto", false, never, nullptr},
-     {Method::Cholesky, "cholesky", false, fits_cholesky, make_cholesky},
-     {Method::Lu, "lu", false, fits_lu, make_lu},
-     {Method::Krylov, "krylov", true, always, make_krylov}}};
+     {Method::Cholesky, "cholesky", false, cholesky_cost, make_cholesky},
+     {Method::Lu, "lu", false, lu_cost, make_lu},
+     {Method::Krylov, "krylov", true, krylov_cost, make_krylov},
+     {Method::Multigrid, "multigrid", true, multigrid_cost, make_krylov}}};
 
 }  // namespace
 

@@ -30,12 +30,14 @@ class PreparedMethod {
 struct MethodRow {
   Method method;
   std::string_view name;
-  bool iterates;                              // rather than factorises the matrix
-  bool (*fits)(const Traits&);                // whether Auto may take it
+  bool iterates;  // rather than factorises the matrix
+  /// What preparing and solving cost, in iterations of conjugate gradients with the diagonal; infinite: Auto may
+  /// not take it.
+  double (*cost)(const Traits&);
   std::unique_ptr<PreparedMethod> (*make)();  // null for Auto itself
 };
 
-/// All methods, in the order in which Auto tries them.
+/// All methods; Auto tries the one that costs least first.
 std::span<const MethodRow> methods();
 const MethodRow& row_of(Method method);
 

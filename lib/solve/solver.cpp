@@ -11,9 +11,11 @@
 #include "base/stopwatch.hpp"
 #include "gradpsi/error.hpp"
 #include "matrix/checks.hpp"
+#include "multigrid/hierarchy.hpp"
 #include "solve/errors.hpp"
 #include "solve/factor.hpp"
 #include "solve/methods.hpp"
+#include "solve/pinned.hpp"
 
 namespace gradpsi {
 namespace {
@@ -23,7 +25,7 @@ double machine_memory() {
 }
 
 void check(const LinearSystem& system) {
-  const auto& [A, points, options, scale] = system;
+  const auto& [A, points, options, scale, diffusivities] = system;
   const Eigen::Index n = A.rows();
   if (n != A.cols() || !A.isCompressed())
     throw InvalidInput("the matrix must be square and compressed, not " + std::to_string(n) +
@@ -40,10 +42,13 @@ void check(const LinearSystem& system) {
   checked_threads(options.threads);
 }
 
-void check_matrix(const LinearSystem& system) {
+/// Returns whether constants are in the null space, which is what a mean was given for.
+bool check_matrix(const LinearSystem& system) {
   check_rows(system.A, [&](int i) { return system.row(i); });
-  if (const FloatingRows rows = floating_rows(system.A); rows.count > 0)
-    throw floating(rows.count, system.row(rows.first));
+  const FloatingRows rows = floating_rows(system.A);
+  if (rows.count == system.size() && system.size() > 1 && system.options.mean) return true;
+  if (rows.count > 0) throw floating(rows.count, system.row(rows.first));
+  return false;
 }
 
 void check(const LinearSystem& system, const Eigen::Ref<const Eigen::MatrixXd>& b,
@@ -91,6 +96,8 @@ struct LinearSolver::State {
 
   LinearSystem system;
   Choice choice;  // of what is prepared
+  bool floats = false,
+       is_pinned = false;  // any constant may be added to a solution; what is prepared knows
   std::unique_ptr<PreparedMethod> prepared;
   SolverReport report;  // of Method::Auto: there is nothing to solve with
   Columns columns;
@@ -110,13 +117,18 @@ LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options,
 
 /// Prepares the first method that serves, what is learnt from one in vain helping to choose the next.
 void LinearSolver::State::set_up() {
+  Stopwatch watch;
   report = {};  // should any of this throw
   if (system.size() == 0) {
-    report = {Method::Krylov, "nothing", "there are no unknowns", 0, {}, {}};
+    report = {Method::Krylov, "nothing", "there are no unknowns", 0, {}, true};
     return;
   }
-  check_matrix(system);
+  floats = check_matrix(system);
   const Method asked = system.options.method;
+  const Cloud& cloud = system.points.cloud;
+  if (cloud.has_volumes())
+    system.diffusivities =
+        row_diffusivities(system.A, cloud, system.diagonal(), system.options.threads);
   Traits known = traits(system);
   std::vector<Refusal> refused;
   while (report.method == Method::Auto) {
@@ -130,22 +142,30 @@ void LinearSolver::State::set_up() {
       if (asked != Method::Auto)
         throw SolverError(std::string(name(asked)) + ": " + error.what() + "; krylov takes little");
       refused.push_back({next.method, error.what()});
+    } catch (const NoHierarchy& error) {
+      if (asked == Method::Multigrid) throw SolverError(std::string("multigrid: ") + error.what());
+      refused.push_back({Method::Multigrid, error.what()});
     } catch (const std::bad_alloc&) {
       if (asked != Method::Auto || next.method != Method::Lu) throw;
       refused.push_back({next.method});
     }
   }
+  report.setup_seconds = watch.lap();
 }
 
 /// Prepares a method and lets go of the one before; of itself, too, should it throw.
 void LinearSolver::State::use(const Choice& next) {
-  const bool again = prepared && choice.method == next.method;
+  const bool again = prepared && choice.method == next.method && is_pinned == floats;
   std::unique_ptr<PreparedMethod> made = again ? std::move(prepared) : row_of(next.method).make();
+  if (floats && !again) made = pinned(std::move(made));
+  is_pinned = floats;
   made->prepare(system, next);
   prepared = std::move(made);
   choice = next;
   report = {next.method,   prepared->description(), next.reason,
-            system.size(), prepared->factor(),      iterates(next.method) ? caution(system) : ""};
+            system.size(), prepared->factor(),      iterates(next.method)};
+  if (report.iterates && next.preconditioner == Preconditioner::Diagonal)
+    report.caution = caution(system);
 }
 
 /// Whether what takes over from the choice fits the memory, and is prepared then.

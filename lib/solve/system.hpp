@@ -11,10 +11,11 @@ namespace gradpsi {
 
 /// A x = b as its solver's methods see it.
 struct LinearSystem {
-  SparseMatrix A = {};         // n x n
-  SystemPoints points = {};    // of the unknowns, or none
-  SolverOptions options = {};  // memory: bytes
-  Eigen::VectorXd scale = {};  // of rows: the points' volumes, or 1
+  SparseMatrix A = {};             // n x n
+  SystemPoints points = {};        // of the unknowns, or none
+  SolverOptions options = {};      // memory: bytes
+  Eigen::VectorXd scale = {};      // of rows: the points' volumes, or 1
+  DenseVector diffusivities = {};  // of rows, see medium.hpp, if the points have volumes
 
   int size() const { return static_cast<int>(A.rows()); }
   bool has_points() const { return points.cloud.size() > 0; }

@@ -1,28 +1,31 @@
 #include "solve/traits.hpp"
 
 #include <cmath>
-#include <utility>
 
 #include "base/median.hpp"
+#include "base/parallel.hpp"
 #include "gradpsi/error.hpp"
 #include "matrix/checks.hpp"
+#include "multigrid/medium.hpp"
 #include "solve/for_petsc.hpp"
-#include "solve/twin.hpp"
 
 namespace gradpsi {
 
 namespace {
 
 DenseVector row_stiffness(const SparseMatrix& A, const Cloud& points,
-                          const std::vector<int>& diagonal, int threads) {
-  DenseVector ratios = row_diffusivities(A, points, diagonal, threads);
-  for (int k = 0; k < A.rows(); ++k) {
-    const RowSum row = row_sum(A, k);
-    const double squared_spacing =
-        std::pow(points.volumes()[diagonal[k]], 2.0 / points.dimension());
-    ratios[k] = row.sum > 0 && !row.vanishes() ? ratios[k] / (row.sum * squared_spacing)
-                                               : std::numeric_limits<double>::infinity();
-  }
+                          const std::vector<int>& diagonal, const DenseVector& diffusivities,
+                          int threads) {
+  DenseVector ratios(A.rows());
+  parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const RowSum row = row_sum(A, k);
+      const double squared_spacing =
+          std::pow(points.volumes()[diagonal[k]], 2.0 / points.dimension());
+      ratios[k] = row.sum > 0 && !row.vanishes() ? diffusivities[k] / (row.sum * squared_spacing)
+                                                 : std::numeric_limits<double>::infinity();
+    }
+  });
   return ratios;
 }
 
@@ -30,21 +33,27 @@ DenseVector row_stiffness(const SparseMatrix& A, const Cloud& points,
 
 RowTraits row_traits(const SparseMatrix& A, const Cloud& points, const std::vector<int>& diagonal,
                      int threads) {
-  RowTraits result{is_dominant(A, diagonal), {}};
-  if (points.has_volumes()) result.stiffness = row_stiffness(A, points, diagonal, threads);
+  RowTraits result{is_dominant(A, diagonal, threads), {}};
+  if (points.has_volumes())
+    result.stiffness = row_stiffness(A, points, diagonal,
+                                     row_diffusivities(A, points, diagonal, threads), threads);
   return result;
 }
 
 Traits traits(const LinearSystem& system) {
-  const auto& [A, points, options, scale] = system;
-  RowTraits rows = row_traits(A, points.cloud, system.diagonal(), options.threads);
+  const SparseMatrix& A = system.A;
+  const int threads = system.options.threads;
+  const SystemPoints& points = system.points;
   Traits result{.unknowns = A.rows(),
                 .dimension = points.cloud.dimension(),
-                .symmetric = is_symmetric(A, scale),
-                .dominant = rows.dominant,
+                .symmetric = is_symmetric(A, system.scale, threads),
+                .dominant = is_dominant(A, {}, threads),
                 .reversed = !reversed_rows(A).empty(),
-                .walls = !points.walls.empty()};
-  if (rows.stiffness.size() > 0) result.stiffness = median(std::move(rows.stiffness));
+                .walls = !points.walls.empty(),
+                .solves = system.options.solves};
+  if (points.cloud.has_volumes())
+    result.stiffness =
+        median(row_stiffness(A, points.cloud, system.diagonal(), system.diffusivities, threads));
   return result;
 }
 

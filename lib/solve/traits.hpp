@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -23,6 +24,10 @@ struct Traits {
   bool spread = false;      // over processes, none of which sees the others' rows
   /// dt nu / dx^2 at the median row; infinity: a steady problem; NaN: there are no volumes to tell.
   double stiffness = std::numeric_limits<double>::quiet_NaN();
+  int solves = 1;  // that are expected for each matrix
+
+  /// Whether points and their volumes are known.
+  bool has_volumes() const { return !std::isnan(stiffness); }
 };
 
 /// Of a system whose rows are all here.

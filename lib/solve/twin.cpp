@@ -7,24 +7,13 @@
 #include "base/memory.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
+#include "multigrid/medium.hpp"
 #include "solve/for_petsc.hpp"
 
 namespace gradpsi {
 namespace {
 
 constexpr double support_ratio = 2;
-
-template <int D>
-DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                              const std::vector<int>& diagonal, int threads) {
-  DenseVector m = DenseVector::Zero(A.rows());
-  parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      for (SparseMatrix::InnerIterator a(A, k); a; ++a)
-        m[k] -= a.value() * displacement<D>(points, diagonal[k], a.col()).squaredNorm() / (2 * D);
-  });
-  return m;
-}
 
 /// Calls f(j, r^2, weight without its scale) for the columns within the compact support of row k's point.
 template <int D, class F>
@@ -45,7 +34,7 @@ template <int D>
 DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
                         const std::vector<int>& diagonal, const std::vector<int>& walls,
                         int threads) {
-  DenseVector scale = row_diffusivities<D>(A, points, diagonal, threads).cwiseMax(0);
+  DenseVector scale = row_diffusivities(A, points, diagonal, threads).cwiseMax(0);
   for (const int k : walls) scale[k] = 0;
   parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
     for (int k = begin; k < end; ++k) {
@@ -98,13 +87,6 @@ void compact_twin(const SparseMatrix& A, const Cloud& points, const std::vector<
 }
 
 }  // namespace
-
-DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                              const std::vector<int>& diagonal, int threads) {
-  return dispatch(points.dimension(), [&](auto d) {
-    return row_diffusivities<decltype(d)::value>(A, points, diagonal, threads);
-  });
-}
 
 DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
                         const std::vector<int>& diagonal, const std::vector<int>& walls,

@@ -11,11 +11,6 @@
 // which of them each row belongs to.
 namespace gradpsi {
 
-/// m_i = -sum_j a_ij r_ij^2 / (2d): the diffusivity (times the time step, or not) with which row i of
-/// A = I - dt nu Psi diffuses; exact for rows of second-order consistency.
-DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
-                              const std::vector<int>& diagonal, int threads);
-
 /// What compact_twin() is to know of the columns, for each row; `walls` are rows.
 DenseVector twin_scales(const SparseMatrix& A, const Cloud& points,
                         const std::vector<int>& diagonal, const std::vector<int>& walls,

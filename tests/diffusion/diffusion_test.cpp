@@ -99,6 +99,34 @@ TEST(Diffusion, AnotherTimeStepEqualsAFreshStart) {
   }
 }
 
+TEST(Diffusion, OtherDrivingEqualsAFreshStart) {
+  for (const std::string scheme : {"laplacian-mixed-zoc", "laplacian-mixed-soc"}) {
+    const Scene scene(scheme);
+    BoundaryConditions conditions{.fixed = {scene.left}, .walls = scene.wall()};
+    Eigen::VectorXd u = scene.field(), v = u;
+    const Eigen::VectorXd source = 2 * scene.field(1),
+                          values = Eigen::VectorXd::LinSpaced(std::ssize(scene.left), 1, 2),
+                          flux = Eigen::VectorXd::LinSpaced(std::ssize(conditions.walls.points), -1,
+                                                            1);
+    ImplicitDiffusion changed(scene.cloud, scene.laplacian, conditions, {.time_step = 1e-3});
+    changed.set_source(source);
+    changed.set_fixed_values(values);
+    changed.set_flux(flux);
+    changed.step(u);
+    conditions.fixed.values = values;
+    conditions.walls.flux = flux;
+    ImplicitDiffusion(scene.cloud, scene.laplacian, conditions,
+                      {.time_step = 1e-3, .source = source})
+        .step(v);
+    EXPECT_EQ(u, v);
+    EXPECT_THAT(message_of<InvalidInput>([&] { changed.set_source(values); }),
+                HasSubstr("source has"));
+    EXPECT_THAT(message_of<InvalidInput>([&] { changed.set_flux(nan * flux); }),
+                HasSubstr("flux: not finite at point"));
+    EXPECT_THROW(changed.set_fixed_values(source), InvalidInput);
+  }
+}
+
 TEST(Diffusion, AFailedTimeStepDoesNotSolve) {
   const Scene scene("laplacian-mixed-soc");
   ImplicitDiffusion heat(scene.cloud, scene.laplacian, {.walls = scene.wall()},

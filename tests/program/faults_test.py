@@ -54,17 +54,33 @@ class Faults(ProgramTest):
             self.assertRegex(text, r"^warning: coordinates reach 3e\+08 where points are 0.0\d+ apart: [^\n]*\n$")
 
     def test_44_rows_that_let_a_field_grow_are_named_at_once(self):
-        points = self.square(30, u=lambda x, y: np.sin(5 * x))
-        usual = [points, "--scheme", "laplacian-direct-soc", "--support-ratio", 3]
-        self.run_program("assemble", *usual, "-o", self.path("m.mtx"))
-        rows = np.flatnonzero(1 / 0.1 - scipy.io.mmread(self.path("m.mtx")).diagonal() <= 0)
-        self.assertTrue(3 < len(rows) < 450)
-        named = (f"of {len(rows)} rows the diagonal entry has not the sign of most, as where a field grows: "
-                 "point {}, point {}, point {}, ..".format(*rows))
-        diffuse = ["diffuse", *usual, "--field", "u", "--time-step", 0.1, "--steps", 1, "-o", self.path("t.csv"), "--method"]
-        said = self.run_program(*diffuse, "krylov", expect=1, warning=f"krylov may not converge: {named}")
-        self.assertRegex(said, f"^error: step 1: BiCGSTAB .* after 1000 iterations; try lu; {named}\n$")
-        self.run_program(*diffuse, "lu")
+        def diffuse(side):
+            points = self.square(side, u=lambda x, y: np.sin(5 * x))
+            usual = [points, "--scheme", "laplacian-direct-soc", "--support-ratio", 3]
+            self.run_program("assemble", *usual, "-o", self.path("m.mtx"))
+            rows = np.flatnonzero(1 / 0.1 - scipy.io.mmread(self.path("m.mtx")).diagonal() <= 0)
+            self.assertTrue(3 < len(rows) < side**2 / 2)
+            named = (f"of {len(rows)} rows the diagonal entry has not the sign of most, as where a field grows: "
+                     "point {}, point {}, point {}, ..".format(*rows))
+            return named, ["diffuse", *usual, "--field", "u", "--time-step", 0.1, "--steps", 1,
+                           "-o", self.path("t.csv"), "--method"]
+
+        # Few rows: multigrid has a factor of them.
+        _, command = diffuse(30)
+        fields = []
+        for method in ["lu", "krylov", "multigrid"]:
+            said = self.run_program(*command, method)
+            self.assertEqual("rows of weak diagonals corrected by themselves" in said, method != "lu")
+            fields.append(self.read_csv("t.csv")["u"])
+        for other in fields[1:]:
+            np.testing.assert_allclose(other, fields[0], rtol=0, atol=1e-7 * np.abs(fields[0]).max())
+        # Many rows: multigrid names them, the diagonal is tried with a warning.
+        named, command = diffuse(60)
+        said = self.run_program(*command, "multigrid", expect=1)
+        self.assertRegex(said, r"multigrid: the diagonals of \d+ of 3600 rows are weak, .* those of point \d+, ")
+        said = self.run_program(*command, "krylov", expect=1, warning=f"krylov may not converge: {named}")
+        self.assertRegex(said, f"^error: step 1: BiCGSTAB .* iterations; try lu; {named}\n$")
+        self.run_program(*command, "lu")
 
     def test_the_table_is_whole(self):
         here = ROOT / "tests"

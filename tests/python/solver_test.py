@@ -308,3 +308,22 @@ def test_walls_with_a_flux_or_exchange_are_of_second_order(transfer):
     assert np.allclose(u, exact, atol=1e-9)
     with pytest.raises(gradpsi.InvalidInput, match="is zero or not finite"):
         gradpsi.with_walls(laplacian, cloud, near, walls, np.zeros((walls.size, 2)))
+
+
+def test_a_mean_says_which_of_many_solutions_is_wanted():
+    A = scipy.sparse.csr_matrix([[1.0, -1.0], [-1.0, 1.0]])
+    with pytest.raises(gradpsi.SolverError, match="singular"):
+        gradpsi.LinearSolver(A)
+    options = gradpsi.SolverOptions(mean=2, solves=1)
+    assert options.mean == 2 and options.solves == 1 and gradpsi.SolverOptions().mean is None
+    solver = gradpsi.LinearSolver(A, options)
+    assert np.allclose(solver.solve([1, 0]), [2.25, 1.75])
+    assert solver.latest.removed == pytest.approx(0.5)
+    with pytest.raises(gradpsi.InvalidInput, match="solves"):
+        gradpsi.LinearSolver(A, gradpsi.SolverOptions(solves=0))
+    cloud = square()
+    heat = gradpsi.ImplicitDiffusion(
+        cloud, operator("laplacian-mixed-zoc", cloud), time_step=1, solver=gradpsi.SolverOptions(method="multigrid")
+    )
+    heat.step(np.ones(144))
+    assert heat.solver.method == "multigrid" and "levels of points" in heat.solver.description

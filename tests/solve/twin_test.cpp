@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "clouds.hpp"
+#include "multigrid/medium.hpp"
 
 namespace gradpsi {
 namespace {

@@ -245,12 +245,14 @@ class SolverOptions:
     def __init__(
         self,
         *,
-        method: Literal["auto", "cholesky", "lu", "krylov"] = "auto",
+        method: Literal["auto", "cholesky", "lu", "krylov", "multigrid"] = "auto",
         tolerance: float = 1e-12,
         max_iterations: int = 10000,
         ordering: Literal["coordinates", "amd", "metis"] = "coordinates",
         memory: float = 0.0,
         threads: int = 0,
+        solves: int = 100,
+        mean: float | None = None,
     ) -> None: ...
     @property
     def method(self) -> str: ...
@@ -264,6 +266,10 @@ class SolverOptions:
     def memory(self) -> float: ...
     @property
     def threads(self) -> int: ...
+    @property
+    def solves(self) -> int: ...
+    @property
+    def mean(self) -> float | None: ...
 
 class FactorReport:
     @property
@@ -281,7 +287,7 @@ class FactorReport:
 
 class SolverReport:
     @property
-    def method(self) -> Literal["cholesky", "lu", "krylov"]: ...
+    def method(self) -> Literal["cholesky", "lu", "krylov", "multigrid"]: ...
     @property
     def description(self) -> str: ...
     @property
@@ -300,6 +306,8 @@ class SolveReport:
     def iterations(self) -> int: ...
     @property
     def seconds(self) -> float: ...
+    @property
+    def removed(self) -> float: ...
 
 class LinearSolver:
     def __init__(

@@ -1,6 +1,7 @@
-#include "solve/walls.hpp"
+#include "solve/row_correction.hpp"
 
 #include <exception>
+#include <utility>
 #include <vector>
 
 #include "base/resize.hpp"
@@ -25,10 +26,11 @@ SparseMatrix block(const SparseMatrix& A, const std::vector<int>& rows) {
 
 }  // namespace
 
-void WallCorrection::prepare(const LinearSystem& system) {
-  const std::vector<int>& walls = system.points.walls;
-  if (walls.empty()) return;
-  const SparseMatrix among = block(system.A, walls);
+void RowCorrection::prepare(const LinearSystem& system, std::vector<int> rows) {
+  if (rows != rows_) factor_.reset();
+  rows_ = std::move(rows);
+  if (rows_.empty()) return;
+  const SparseMatrix among = block(system.A, rows_);
   try {
     if (!factor_)
       factor_.emplace(among, Elimination{}, system.options.memory, system.options.threads);
@@ -40,13 +42,12 @@ void WallCorrection::prepare(const LinearSystem& system) {
   resize(corrections_, among.rows());
 }
 
-void WallCorrection::correct(const LinearSystem& system, const double* r, double* z) {
+void RowCorrection::correct(const LinearSystem& system, const double* r, double* z) {
   if (!factor_) return;
-  const std::vector<int>& walls = system.points.walls;
-  for (std::size_t k = 0; k < walls.size(); ++k)
-    residuals_[k] = r[walls[k]] - row_product(system.A, walls[k], z);
+  for (std::size_t k = 0; k < rows_.size(); ++k)
+    residuals_[k] = r[rows_[k]] - row_product(system.A, rows_[k], z);
   factor_->solve(residuals_.data(), corrections_.data(), 1);
-  for (std::size_t k = 0; k < walls.size(); ++k) z[walls[k]] += corrections_[k];
+  for (std::size_t k = 0; k < rows_.size(); ++k) z[rows_[k]] += corrections_[k];
 }
 
 }  // namespace gradpsi

@@ -1,0 +1,83 @@
+#include "multigrid/medium.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/dispatch.hpp"
+#include "base/median.hpp"
+#include "base/parallel.hpp"
+#include "cloud/points.hpp"
+#include "matrix/checks.hpp"
+
+namespace gradpsi {
+namespace {
+
+template <int D>
+DenseVector diffusivities(const SparseMatrix& A, const Cloud& points,
+                          const std::vector<int>& diagonal, int threads) {
+  DenseVector m = DenseVector::Zero(A.rows());
+  parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k)
+      for (SparseMatrix::InnerIterator a(A, k); a; ++a)
+        m[k] -= a.value() * displacement<D>(points, diagonal[k], a.col()).squaredNorm() / (2 * D);
+  });
+  return m;
+}
+
+/// Replaces what these rows know by the mean of others among their entries, weighted by these; in turns, as some
+/// have only each other.
+void replace_by_neighbours(const SparseMatrix& A, std::vector<int> rows, DenseVector& known) {
+  std::vector<char> is_known(A.rows(), true);
+  for (const int i : rows) is_known[i] = false;
+  while (!rows.empty()) {
+    std::vector<int> still;
+    for (const int i : rows) {
+      double sum = 0, weights = 0;
+      for (SparseMatrix::InnerIterator a(A, i); a; ++a)
+        if (is_known[a.col()]) {
+          sum += std::abs(a.value()) * known[a.col()];
+          weights += std::abs(a.value());
+        }
+      if (weights > 0)
+        known[i] = sum / weights;
+      else
+        still.push_back(i);
+    }
+    for (const int i : rows) is_known[i] = true;
+    for (const int i : still) is_known[i] = false;
+    if (still.size() == rows.size()) break;
+    rows.swap(still);
+  }
+  for (const int i : rows) known[i] = std::max(known[i], 0.0);
+}
+
+}  // namespace
+
+DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
+                              const std::vector<int>& diagonal, int threads) {
+  return dispatch(points.dimension(), [&](auto d) {
+    return diffusivities<decltype(d)::value>(A, points, diagonal, threads);
+  });
+}
+
+Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusivities,
+                 const std::vector<char>& left_out, int threads) {
+  const int n = static_cast<int>(A.rows());
+  Medium result{std::move(diffusivities), DenseVector::Zero(n)};
+  DenseVector sums = DenseVector::Zero(n);
+  parallel_chunks(n, 1024, threads, [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      if (const RowSum row = row_sum(A, i); !row.vanishes()) sums[i] = std::max(row.sum, 0.0);
+  });
+  const double usual = median(sums);
+  std::vector<int> ignorant;
+  for (int i = 0; i < n; ++i) {
+    if (left_out[i]) sums[i] = 0;
+    if (left_out[i] || sums[i] > 2 * usual || !(result.diffusivities[i] > 0)) ignorant.push_back(i);
+  }
+  result.masses = sums.cwiseProduct(cloud.volumes());
+  replace_by_neighbours(A, std::move(ignorant), result.diffusivities);
+  return result;
+}
+
+}  // namespace gradpsi

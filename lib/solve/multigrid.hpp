@@ -1,0 +1,52 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "multigrid/hierarchy.hpp"
+#include "solve/cholesky.hpp"
+#include "solve/row_correction.hpp"
+#include "solve/system.hpp"
+
+namespace gradpsi {
+
+/// Multigrid on the points, as a preconditioner: the user's matrix smooths on the finest level, coarser ones have
+/// compact operators made for their points. What a diagonal cannot smooth is corrected by factors of its own:
+/// rows at walls, and with `weak_rows` those in which the diagonal is not strong.
+class Multigrid {
+ public:
+  /// Symmetric and positive definite after scaling by volume, where the matrix is and without weak rows.
+  /// @param system  with points and volumes
+  /// @throws NoHierarchy  if there can be no coarser points, or too many rows are weak
+  void prepare(const LinearSystem& system, bool weak_rows);
+
+  /// z = about A^-1 r, n each.
+  void apply(const LinearSystem& system, const double* r, double* z);
+
+  std::string description() const;  ///< "multigrid on .. levels of points"
+  FactorReport report() const;  ///< entries of all levels' matrices and the memory that it holds
+
+ private:
+  struct Level : CoarseLevel {
+    DenseVector step;     // of the smoother, over the diagonal
+    DenseVector b, x, r;  // right-hand side, correction, residual
+  };
+
+  double prepare_smoother(const LinearSystem& system);
+  void prepare_level(Level& level, int threads);
+  void factorise_bottom(const LinearSystem& system);
+  std::string words_of_weak_rows(const LinearSystem& system) const;
+  void prepare_weak_rows(const LinearSystem& system);
+  void solve_level(std::size_t l, bool start_at_zero);
+  void correct_coarsely();
+
+  std::vector<Level> levels_;  // the coarser ones
+  std::optional<Cholesky> bottom_;
+  DenseVector step_, weight_, r_;  // of the finest level: the smoother's, the residual's, memory
+  std::vector<char> is_weak_;      // rows
+  RowCorrection walls_, weak_;
+  int weak_count_ = 0, threads_ = 1;
+};
+
+}  // namespace gradpsi
