@@ -217,7 +217,7 @@ Line run_boomeramg(const Scene& scene, const Problem& problem) {
   KSPSetType(solver, problem.symmetric ? KSPCG : KSPBCGS);
   KSPGetPC(solver, &preconditioner);
   PCSetType(preconditioner, PCHYPRE);
-  KSPSetNormType(solver, problem.symmetric ? KSP_NORM_UNPRECONDITIONED : KSP_NORM_PRECONDITIONED);
+  KSPSetNormType(solver, KSP_NORM_UNPRECONDITIONED);
   if (!problem.symmetric) KSPSetPCSide(solver, PC_RIGHT);
   KSPSetTolerances(solver, tolerance, PETSC_DEFAULT, PETSC_DEFAULT, 300);
   KSPSetFromOptions(solver);
@@ -268,7 +268,7 @@ void sizes(double largest, int threads) {
   for (const int dimension : {2, 3})
     for (const double jitter : {0.0, 0.3})
       for (double points = 1e4; points <= largest * 1.01; points *= 10)
-        run({.name = "sizes, jitter " + std::to_string(jitter).substr(0, 3),
+        run({.name = "sizes jitter " + std::to_string(jitter).substr(0, 3),
              .dimension = dimension,
              .points = points,
              .ratio = dimension == 3 ? 2.6 : 3,
@@ -298,7 +298,7 @@ void steps(double largest, int threads) {
   for (const int dimension : {2, 3})
     for (const char* scheme : {"laplacian-mixed-zoc", "laplacian-mixed-soc"})
       for (const double stiffness : {1.0, 100.0, 1e4})
-        run({.name = std::string(scheme) + ", dt nu / dx^2 = " + std::to_string(int(stiffness)),
+        run({.name = std::string(scheme) + " dt nu / dx^2 = " + std::to_string(int(stiffness)),
              .dimension = dimension,
              .points = largest,
              .scheme = scheme,
@@ -383,6 +383,7 @@ int main(int argc, char** argv) {
   }
 #if GRADPSI_WITH_PETSC
   PetscInitialize(nullptr, nullptr, nullptr, nullptr);
+  PetscPushErrorHandler(PetscAbortErrorHandler, nullptr);
 #endif
   std::puts(
       "scene,dimension,unknowns,entries_per_row,solver,setup_s,solve_s,total_s,iterations,"
