@@ -10,29 +10,27 @@
 
 namespace gradpsi {
 
+/// A x for the vector code.
+template <class Value>
+ProductArguments<Value> product_arguments(const Eigen::SparseMatrix<Value, Eigen::RowMajor, int>& A,
+                                          const double* x, double* y) {
+  return {A.outerIndexPtr(),
+          A.innerIndexPtr(),
+          static_cast<int>(A.nonZeros()),
+          {A.valuePtr()},
+          {x},
+          {y}};
+}
+
 /// Rows begin to end of A x.
 inline void rows_product(const SparseMatrix& A, int begin, int end, const double* x, double* y) {
-  product_kernels(gathering_cpu())
-      .vectors[0]({A.outerIndexPtr(),
-                   A.innerIndexPtr(),
-                   static_cast<int>(A.nonZeros()),
-                   {A.valuePtr()},
-                   {x},
-                   {y}},
-                  begin, end);
+  product_kernels(gathering_cpu()).vectors[0](product_arguments(A, x, y), begin, end);
 }
 
 /// The same with values of single precision.
 inline void rows_product(const SingleSparseMatrix& A, int begin, int end, const double* x,
                          double* y) {
-  product_kernels(gathering_cpu())
-      .single({A.outerIndexPtr(),
-               A.innerIndexPtr(),
-               static_cast<int>(A.nonZeros()),
-               {A.valuePtr()},
-               {x},
-               {y}},
-              begin, end);
+  product_kernels(gathering_cpu()).single(product_arguments(A, x, y), begin, end);
 }
 
 /// (A x)_i

@@ -33,8 +33,8 @@ constexpr std::pair<std::string_view, Ordering> orderings[] = {
     {"coordinates", Ordering::Coordinates}, {"amd", Ordering::Amd}, {"metis", Ordering::Metis}};
 
 SolverOptions solver_options(const std::string& its_method, double tolerance, int max_iterations,
-                             const std::string& ordering, double memory, int threads,
-                             int solves, std::optional<double> mean) {
+                             const std::string& ordering, double memory, int threads, int solves,
+                             std::optional<double> mean) {
   return {.method = method(its_method),
           .tolerance = tolerance,
           .max_iterations = max_iterations,
