@@ -33,9 +33,9 @@ BELOW = {
 PUBLIC = {
     "error": "base", "dense": "base", "matrix": "base",
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
-    "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "interpolate": "operators", "spmv": "matrix", "solver": "solve",
+    "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "interpolate": "operators", "spmv": "matrix", "solver": "solve", "solver_options": "solve",
     "vector_calculus": "calculus",
-    "walls": "operators", "diffusion": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io", "table": "io",
+    "walls": "operators", "diffusion": "diffusion", "poisson": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io", "table": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",
 }
 # Headers of others, and the only file that includes them; None: any one file.

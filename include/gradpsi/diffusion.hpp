@@ -124,6 +124,11 @@ class ImplicitDiffusion {
   /// @throws as LinearSolver::refactor()
   void set_time_step(double time_step);
 
+  /// Other points, or the same ones elsewhere, with what holds there: the equation, the source and the solver's
+  /// options remain, and multigrid keeps its coarser points as long as they serve.
+  /// @throws as the constructor, after which there may be nothing to step with until an update() succeeds
+  void update(const Cloud& cloud, const Operator& laplacian, const BoundaryConditions& conditions);
+
   /// What the system is solved with, and why.
   const SolverReport& solver() const;
 

@@ -1,58 +1,16 @@
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
 #include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
+#include "gradpsi/solver_options.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
-
-/// How a linear system is solved.
-enum class Method {
-  Auto,      ///< what LinearSolver finds fit for the matrix
-  Cholesky,  ///< CHOLMOD, for symmetric positive definite matrices only
-  Lu,        ///< UMFPACK, for any regular matrix
-  Krylov,    ///< conjugate gradients or BiCGSTAB, preconditioned
-  Multigrid  ///< the same, preconditioned by multigrid on the points, which must have volumes
-};
-std::string_view name(Method method);  ///< "auto", "cholesky", "lu", "krylov", "multigrid"
-/// @throws InvalidInput  listing the valid names, nearest spelling first
-Method method(std::string_view name);
-
-/// The order in which a factorisation eliminates the unknowns. A build without CHOLMOD takes AMD for
-/// METIS, and COLAMD in LU.
-enum class Ordering {
-  Coordinates,  ///< nested dissection by the points' coordinates: METIS's fill in a tenth of its time
-  Amd,          ///< approximate minimum degree; what is used where there are no coordinates
-  Metis         ///< METIS, as CHOLMOD calls it
-};
-std::string_view name(Ordering ordering);  ///< "nested dissection by coordinates", "AMD", "METIS"
-
-/// How a LinearSolver goes about its work.
-struct SolverOptions {
-  Method method = Method::Auto;  ///< Auto: by looking at the matrix
-  double tolerance = 1e-12;      ///< largest relative residual |b - A x| / |b| (2-norms), 0 to 1
-  int max_iterations = 10'000;   ///< for each right-hand side, at least 1
-  Ordering ordering = Ordering::Coordinates;  ///< of a factorisation's unknowns
-  double memory = 0;  ///< bytes that a factorisation may take; 0: three quarters of the machine's
-  /// 0 to 1024; 0: as many as OpenMP offers. Krylov methods and multigrid do not depend on it to the last bit.
-  int threads = 0;
-  /// About how many right-hand sides each matrix is for, at least 1: Auto weighs preparing against solving.
-  int solves = 100;
-  /// What solutions' mean by volume is to be, where any constant may be added to them: then A x + c = b is solved,
-  /// c being what has to be taken from b for that. None: such a matrix is an error.
-  std::optional<double> mean = {};
-  /// Called after each iteration of a Krylov method with its number, from 1, all right-hand sides together, and the
-  /// relative residual by its recursion. What it throws ends the solve.
-  std::function<void(int iteration, double residual)> progress = {};
-};
 
 /// What a factorisation took.
 struct FactorReport {
@@ -126,10 +84,16 @@ class LinearSolver {
   LinearSolver& operator=(LinearSolver&&) noexcept;
   ~LinearSolver();
 
-  /// Other values in the same pattern; the symbolic analysis is kept where the method remains.
+  /// Other values in the same pattern; the symbolic analysis is kept where the method remains, and multigrid's
+  /// coarser points where the values are nearly multiples.
   /// @throws as the constructor, after which there is nothing to solve with until a refactor() succeeds;
   ///   InvalidInput if the pattern is not the same, and all is as before
   void refactor(SparseMatrix matrix);
+
+  /// Another matrix for the same unknowns, as when points have moved a little: multigrid keeps its coarser points as
+  /// long as they serve. Otherwise as a new solver with the options of this one.
+  /// @throws as the constructor, after which there is nothing to solve with until an update() succeeds
+  void update(SparseMatrix matrix, SystemPoints points);
 
   /// Solves for every column of b (n x k). x (n x k) is where iterations start from.
   /// Allocates nothing if the call before had as many columns (but for what a BLAS may do for itself when

@@ -31,15 +31,33 @@ Coincidences coincidences(const Cloud& cloud);
 std::string words(const Coincidences& found, const Cloud& cloud, std::int64_t count,
                   std::int64_t all);
 
+/// The way along an axis, in a periodic one (box > 0) to the nearest image.
+inline double to_nearest_image(double r, double box) {
+  return box > 0 && std::abs(r) > box / 2 ? r - box * std::nearbyint(r / box) : r;
+}
+
 /// The way from one place to another, in periodic directions to the nearest image.
 template <int D>
 Vector<D> displacement(const double* from, const double* to, const std::array<double, 3>& box) {
   Vector<D> r;
-  for (int a = 0; a < D; ++a) {
-    r[a] = to[a] - from[a];
-    if (box[a] > 0) r[a] -= box[a] * std::nearbyint(r[a] / box[a]);
-  }
+  for (int a = 0; a < D; ++a) r[a] = to_nearest_image(to[a] - from[a], box[a]);
   return r;
+}
+
+/// Its length squared; nothing passes through memory.
+template <int D>
+double squared_distance(const double* from, const double* to, const std::array<double, 3>& box) {
+  double sum = 0;
+  for (int a = 0; a < D; ++a) {
+    const double r = to_nearest_image(to[a] - from[a], box[a]);
+    sum += r * r;
+  }
+  return sum;
+}
+template <int D>
+double squared_distance(const Cloud& cloud, int i, int j) {
+  const double* const x = cloud.positions().data();
+  return squared_distance<D>(x + std::ptrdiff_t{i} * D, x + std::ptrdiff_t{j} * D, cloud.box());
 }
 
 /// r_ij = x_j - x_i, in periodic directions to the nearest image of j.

@@ -29,7 +29,7 @@ auto span(Column&& column) {
 /// A steady problem is solved once.
 SolverOptions solver_options(const DiffusionOptions& options) {
   SolverOptions result = options.solver;
-  if (std::isinf(options.time_step)) result.solves = 1;
+  if (std::isinf(options.time_step) && result.solves == 0) result.solves = 1;
   return result;
 }
 
@@ -40,21 +40,19 @@ enum class Step { Whole, Half };
 
 struct ImplicitDiffusion::State {
   State(const Cloud& cloud, const Operator& laplacian, const BoundaryConditions& conditions,
-        const DiffusionOptions& options)
-      : points(cloud.size()),
-        theta(options.theta),
+        const DiffusionOptions& given)
+      : options(given),
         system(cloud, with_all_rows(laplacian), conditions, options),
         solver(system.take_matrix(), solver_options(options), system.take_points()),
-        threads(options.solver.threads) {}
+        points(cloud.size()) {}
 
   SolveReport advance(Eigen::Ref<Eigen::MatrixXd> u, Step kind);
   void set_right_hand_side(Eigen::Index column, std::span<const double> u, Step kind);
 
-  int points;
-  double theta;
+  DiffusionOptions options;  // as they are by now
   DiffusionSystem system;
   LinearSolver solver;
-  int threads;
+  int points;
   DenseVector product;  // workspace of step()
   DenseMatrix rhs, solution;
 };
@@ -67,7 +65,7 @@ void ImplicitDiffusion::State::set_right_hand_side(Eigen::Index column, std::spa
   for (Eigen::Index k = 0; k < rhs.rows(); ++k) now[k] = u[unknowns[k]];
   if (kind == Step::Half) return system.damped_right_hand_side(u, span(rhs.col(column)));
   if (system.needs_product())
-    for_each_product(solver.matrix(), now, threads,
+    for_each_product(solver.matrix(), now, options.solver.threads,
                      [&](int k, double value) { product[k] = value; });
   system.right_hand_side(u, span(product), span(rhs.col(column)));
 }
@@ -77,6 +75,8 @@ SolveReport ImplicitDiffusion::State::advance(Eigen::Ref<Eigen::MatrixXd> u, Ste
     throw InvalidInput("the field has " + std::to_string(u.rows()) + " rows for " +
                        std::to_string(points) + " points");
   const std::vector<int>& unknowns = system.rows();
+  if (solver.matrix().rows() != std::ssize(unknowns))
+    throw SolverError("there is nothing to step with: the latest update() failed");
   resize(rhs, static_cast<Eigen::Index>(unknowns.size()), u.cols());
   resize(solution, rhs.rows(), rhs.cols());
   if (system.needs_product()) resize(product, rhs.rows());
@@ -103,7 +103,10 @@ ImplicitDiffusion::ImplicitDiffusion(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion& ImplicitDiffusion::operator=(ImplicitDiffusion&&) noexcept = default;
 ImplicitDiffusion::~ImplicitDiffusion() = default;
 
-void ImplicitDiffusion::set_source(const VectorView& source) { state_->system.set_source(source); }
+void ImplicitDiffusion::set_source(const VectorView& source) {
+  state_->system.set_source(source);
+  state_->options.source = source;
+}
 
 void ImplicitDiffusion::set_fixed_values(DenseVector values) {
   state_->system.set_fixed_values(std::move(values));
@@ -114,7 +117,17 @@ void ImplicitDiffusion::set_flux(const VectorView& flux) { state_->system.set_fl
 void ImplicitDiffusion::set_time_step(double time_step) {
   SparseMatrix matrix = state_->solver.matrix();
   state_->system.set_time_step(time_step, matrix);
+  state_->options.time_step = time_step;
   state_->solver.refactor(matrix.markAsRValue());  // Eigen 3.4 would copy
+}
+
+void ImplicitDiffusion::update(const Cloud& cloud, const Operator& laplacian,
+                               const BoundaryConditions& conditions) {
+  State& s = *state_;
+  DiffusionSystem next(cloud, with_all_rows(laplacian), conditions, s.options);
+  s.solver.update(next.take_matrix(), next.take_points());
+  s.system = std::move(next);
+  s.points = cloud.size();
 }
 
 SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
@@ -122,7 +135,7 @@ SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {
 }
 
 SolveReport ImplicitDiffusion::damped_step(Eigen::Ref<Eigen::MatrixXd> u) {
-  check_damping(state_->theta);
+  check_damping(state_->options.theta);
   DenseMatrix next = u;
   const SolveReport first = state_->advance(next, Step::Half);
   const SolveReport second = state_->advance(next, Step::Half);

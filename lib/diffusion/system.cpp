@@ -1,11 +1,13 @@
 #include "gradpsi/system.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
 
 #include "base/memory.hpp"
+#include "base/parallel.hpp"
 #include "diffusion/conditions.hpp"
 #include "gradpsi/error.hpp"
 #include "matrix/csr.hpp"
@@ -13,25 +15,46 @@
 namespace gradpsi {
 namespace {
 
-/// Those of a row-wise matrix's columns whose place is not negative, at their place.
+/// Some of a row-wise matrix's columns.
+struct Part {
+  SparseMatrix& matrix;            // where they are to be
+  const std::vector<int>& places;  // of columns there; negative: this is none of them
+  int columns;
+};
+
+/// Parts a matrix in two, whose rows `for_each_entry` tells.
 template <class Rows>
-void choose_columns(SparseMatrix& matrix, int row_count, int column_count,
-                    const std::vector<int>& places, const Rows& for_each_entry) {
-  matrix.resize(row_count, column_count);
-  int* const outer = matrix.outerIndexPtr();
-  for (int u = 0; u < row_count; ++u) {
-    outer[u + 1] = outer[u];
-    for_each_entry(u, [&](int j, double) { outer[u + 1] += places[j] >= 0; });
+void part_columns(const std::array<Part, 2>& parts, int row_count, int threads,
+                  const Rows& for_each_entry) {
+  constexpr int rows_per_chunk = 2048;
+  for (const Part& part : parts) part.matrix.resize(row_count, part.columns);
+  parallel_chunks(row_count, rows_per_chunk, threads, [&](int begin, int end) {
+    for (int u = begin; u < end; ++u) {
+      std::array<int, 2> count = {};
+      for_each_entry(u, [&](int j, double) {
+        for (int p = 0; p < 2; ++p) count[p] += parts[p].places[j] >= 0;
+      });
+      for (int p = 0; p < 2; ++p) parts[p].matrix.outerIndexPtr()[u + 1] = count[p];
+    }
+  });
+  for (const Part& part : parts) {
+    int* const outer = part.matrix.outerIndexPtr();
+    for (int u = 0; u < row_count; ++u) outer[u + 1] += outer[u];
+    resize_in_large_pages(part.matrix, outer[row_count]);
   }
-  resize_in_large_pages(matrix, outer[row_count]);
-  for (int u = 0; u < row_count; ++u) {
-    int at = outer[u];
-    for_each_entry(u, [&](int j, double value) {
-      if (places[j] < 0) return;
-      matrix.innerIndexPtr()[at] = places[j];
-      matrix.valuePtr()[at++] = value;
-    });
-  }
+  parallel_chunks(row_count, rows_per_chunk, threads, [&](int begin, int end) {
+    for (int u = begin; u < end; ++u) {
+      std::array<int, 2> at = {parts[0].matrix.outerIndexPtr()[u],
+                               parts[1].matrix.outerIndexPtr()[u]};
+      for_each_entry(u, [&](int j, double value) {
+        for (int p = 0; p < 2; ++p) {
+          if (parts[p].places[j] < 0) continue;
+          parts[p].matrix.innerIndexPtr()[at[p]] = parts[p].places[j];
+          parts[p].matrix.valuePtr()[at[p]++] = value;
+        }
+      });
+    }
+  });
 }
 
 /// 1/dt
@@ -174,14 +197,16 @@ void DiffusionSystem::check_rows(const Cloud& cloud, const Operator& laplacian,
 void DiffusionSystem::fill(const Sources& sources, const std::vector<int>& fixed_place) {
   const std::vector<int> column_place = places(columns_, point_count_);
   for (const int i : rows_) diagonal_places_.push_back(column_place[i]);
+  // A list's skin holds zeros, which are left out.
   const auto for_each_entry = [&](int row, const auto& f) {
-    const int k = sources.wall_of[row];
-    sources.for_each_entry(row, k >= 0 ? walls_[k].scale : 1, f);
+    const int k = sources.wall_of[row], own = rows_[row];
+    sources.for_each_entry(row, k >= 0 ? walls_[k].scale : 1, [&](int j, double value) {
+      if (value != 0 || j == own) f(j, value);
+    });
   };
-  const int count = static_cast<int>(rows_.size());
-  choose_columns(matrix_, count, static_cast<int>(columns_.size()), column_place, for_each_entry);
-  choose_columns(coupling_, count, static_cast<int>(fixed_.points.size()), fixed_place,
-                 for_each_entry);
+  part_columns({{{matrix_, column_place, static_cast<int>(columns_.size())},
+                 {coupling_, fixed_place, static_cast<int>(fixed_.points.size())}}},
+               static_cast<int>(rows_.size()), threads_, for_each_entry);
   coupling_ *= -1;
 }
 

@@ -45,6 +45,9 @@ bool is_symmetric(const SparseMatrix& A, const VectorView& scale, int threads = 
 /// @param diagonal  the column of each row's diagonal entry, if these are some of a matrix's rows
 bool is_dominant(const SparseMatrix& A, std::span<const int> diagonal = {}, int threads = 1);
 
+/// Whether two matrices, the second one compressed, have the same pattern and are so both.
+bool share_pattern(const SparseMatrix& A, const SparseMatrix& B);
+
 /// Rows whose diagonal entry has not the sign that most have, ascending. In the matrix of an implicit step they are
 /// where a field grows faster than the step is short.
 std::vector<int> reversed_rows(const SparseMatrix& A);

@@ -29,14 +29,16 @@ struct Stage {
   std::vector<char> left_out = std::vector<char>(cloud.size(), false);
   DenseVector spacings = gradpsi::spacings(cloud);
   Neighbours near = {};
+  double reach = 0;  // of these, in spacings
 
   /// Finds the lists, without the check that most have a neighbour; false if they would be longer than half a box.
-  bool find(int threads) {
-    const DenseVector reach = list_reach * spacings;
-    if (!(reach.maxCoeff() <= largest_support(cloud))) return false;
+  bool find(double how_far, int threads) {
+    reach = how_far;
+    const DenseVector supports = reach * spacings;
+    if (!(supports.maxCoeff() <= largest_support(cloud))) return false;
     std::vector<int> all(cloud.size());
     std::iota(all.begin(), all.end(), 0);
-    near = find_neighbours(cloud, reach, all, threads);
+    near = find_neighbours(cloud, supports, all, threads);
     return true;
   }
 
@@ -58,8 +60,9 @@ struct Stage {
 
 std::vector<CoarseLevel> levels_below(Stage fine, double scale, int threads) {
   std::vector<CoarseLevel> levels;
-  if (!fine.find(threads)) return levels;
+  if (!fine.find(fine.cloud.dimension() == 3 ? short_reach : list_reach, threads)) return levels;
   const bool jumps = fine.has_jumps();
+  if (jumps && fine.reach < list_reach && !fine.find(list_reach, threads)) return levels;
   SingleSparseMatrix finer;  // where it jumps: the equations of the finer level
   if (jumps) finer = fine.equations(scale, threads);
   while (levels.empty() || fine.cloud.size() > few) {
@@ -67,15 +70,16 @@ std::vector<CoarseLevel> levels_below(Stage fine, double scale, int threads) {
     if (kept.empty()) break;
     if (static_cast<double>(kept.size()) > thinner * fine.cloud.size() && fine.cloud.size() > few)
       throw NoHierarchy("points are farther apart than their volumes say");
-    Transfer to =
-        transfer(fine.cloud, fine.spacings, fine.near, kept, fine.left_out, fine.medium, threads);
+    Transfer to = transfer(fine.cloud, fine.spacings, fine.near, fine.reach, kept, fine.left_out,
+                           fine.medium, threads);
     Stage coarse{part(fine.cloud, kept, std::move(to.volumes)), std::move(to.medium)};
-    if (!coarse.find(threads)) break;
+    if (!coarse.find(list_reach, threads)) break;
     SingleSparseMatrix matrix =
         jumps ? SingleSparseMatrix(to.restriction * SingleSparseMatrix(finer * to.interpolation))
               : coarse.equations(scale, threads);
     if (jumps) finer = matrix;
-    levels.push_back({std::move(to.interpolation), std::move(to.restriction), std::move(matrix)});
+    levels.push_back({std::move(to.interpolation), std::move(to.restriction), std::move(matrix),
+                      coarse.cloud.volumes(), coarse.medium.masses});
     fine = std::move(coarse);
   }
   return levels;
@@ -89,6 +93,25 @@ std::vector<CoarseLevel> coarser_levels(const Cloud& cloud, const Medium& medium
   return levels_below({cloud, medium, left_out}, scale, threads);
 } catch (const InvalidInput& error) {
   throw NoHierarchy(error.what());
+}
+
+void renew(CoarseLevel& level, const MediumChange& change, double scale) {
+  SingleSparseMatrix& S = level.matrix;
+  level.masses = change.rate * level.volumes +
+                 change.diffusivity * (level.masses - change.rate_before * level.volumes);
+  for (int i = 0; i < S.rows(); ++i) {
+    float* diagonal = nullptr;
+    double others = 0;
+    for (SingleSparseMatrix::InnerIterator a(S, i); a; ++a) {
+      if (a.col() == i) {
+        diagonal = &a.valueRef();
+      } else {
+        a.valueRef() *= static_cast<float>(change.diffusivity);
+        others += a.value();
+      }
+    }
+    if (diagonal) *diagonal = static_cast<float>(scale * level.masses[i] - others);
+  }
 }
 
 }  // namespace gradpsi

@@ -21,7 +21,12 @@ struct CoarseLevel {
   /// See compact.hpp; where the medium jumps, that of the finest level's points restricted to these (Galerkin), as
   /// means of diffusivities would not do: more entries, fewer iterations.
   SingleSparseMatrix matrix;
+  DenseVector volumes, masses;  // the points'
 };
+
+/// The equations of a level for a changed medium, on the points that there are.
+/// @param scale  that they were made with
+void renew(CoarseLevel& level, const MediumChange& change, double scale);
 
 /// Coarser and coarser points, to a few hundred. No level at all: of too few.
 /// @param cloud     n points with volumes

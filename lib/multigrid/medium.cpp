@@ -1,6 +1,9 @@
 #include "multigrid/medium.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "base/dispatch.hpp"
@@ -15,11 +18,17 @@ namespace {
 template <int D>
 DenseVector diffusivities(const SparseMatrix& A, const Cloud& points,
                           const std::vector<int>& diagonal, int threads) {
-  DenseVector m = DenseVector::Zero(A.rows());
+  DenseVector m(A.rows());
+  const double* const x = points.positions().data();
+  const std::array<double, 3> box = points.box();
   parallel_chunks(static_cast<int>(A.rows()), 1024, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
+    for (int k = begin; k < end; ++k) {
+      const double* const own = x + std::ptrdiff_t{diagonal[k]} * D;
+      double sum = 0;
       for (SparseMatrix::InnerIterator a(A, k); a; ++a)
-        m[k] -= a.value() * displacement<D>(points, diagonal[k], a.col()).squaredNorm() / (2 * D);
+        sum += a.value() * squared_distance<D>(own, x + a.col() * D, box);
+      m[k] = -sum / (2 * D);
+    }
   });
   return m;
 }
@@ -78,6 +87,28 @@ Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusiv
   result.masses = sums.cwiseProduct(cloud.volumes());
   replace_by_neighbours(A, std::move(ignorant), result.diffusivities);
   return result;
+}
+
+std::optional<MediumChange> change(const Medium& before, const Medium& now, const Cloud& cloud) {
+  const int n = cloud.size();
+  const DenseVector& volumes = cloud.volumes();
+  const DenseVector ratios = now.diffusivities.cwiseQuotient(before.diffusivities);
+  const MediumChange result{median(ratios), median(before.masses.cwiseQuotient(volumes)),
+                            median(now.masses.cwiseQuotient(volumes))};
+  if (!(result.diffusivity > 0) || !std::isfinite(result.diffusivity)) return {};
+  constexpr double half = 1.5;
+  int others = 0;
+  for (int i = 0; i < n; ++i) {
+    const double ratio = ratios[i] / result.diffusivity;
+    const double mass = result.rate * volumes[i] +
+                        result.diffusivity * (before.masses[i] - result.rate_before * volumes[i]);
+    // As large as what diffuses to a neighbour.
+    const double unit = now.diffusivities[i] * std::pow(volumes[i], 1 - 2.0 / cloud.dimension());
+    const bool is_alike = ratio < half && half * ratio > 1 &&
+                          std::abs(mass - now.masses[i]) < (half - 1) * (now.masses[i] + unit);
+    others += !is_alike;
+  }
+  return others <= n / 100 ? std::optional(result) : std::nullopt;
 }
 
 }  // namespace gradpsi

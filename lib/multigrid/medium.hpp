@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "gradpsi/cloud.hpp"
@@ -30,6 +31,16 @@ struct Medium {
 /// @param left_out  n marks: rows that say nothing, as they hold boundary conditions
 Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusivities,
                  const std::vector<char>& left_out, int threads);
+
+/// A medium that is nearly a multiple of another one: kappa' = diffusivity kappa, and
+/// mass' = rate' volume + diffusivity (mass - rate volume), as another time step, or the next one on points that have
+/// moved, makes it.
+struct MediumChange {
+  double diffusivity;
+  double rate_before, rate;
+};
+/// None where more than a point in a hundred differs from that by half.
+std::optional<MediumChange> change(const Medium& before, const Medium& now, const Cloud& cloud);
 
 /// Whether two points are in media that conduct so differently that a linear function is no solution.
 inline bool is_jump(double diffusivity, double other) {

@@ -19,7 +19,7 @@ std::vector<int> thin(const Cloud& cloud, const DenseVector& s, const Neighbours
   std::vector<Mark> marks(cloud.size(), Mark::Free);
   std::vector<int> kept;
   const auto is_near = [&](int i, int j) {
-    return displacement<D>(cloud, i, j).squaredNorm() < squared * s[i] * s[j];
+    return squared_distance<D>(cloud, i, j) < squared * s[i] * s[j];
   };
   // A list that ends before a near point of much larger spacing is made up for by that point's own.
   const auto has_kept = [&](int i) {

@@ -1,6 +1,6 @@
 #include "multigrid/transfer.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -24,9 +24,14 @@ constexpr float least = -0.3f;  // weight of a linear fit, below which the plain
 template <int D>
 class Rows {
  public:
-  Rows(const Cloud& cloud, const DenseVector& spacings, const Neighbours& near,
+  Rows(const Cloud& cloud, const DenseVector& spacings, const Neighbours& near, double reach,
        const std::vector<int>& place, const Medium& medium)
-      : cloud_(cloud), spacings_(spacings), near_(near), place_(place), medium_(medium) {}
+      : cloud_(cloud),
+        spacings_(spacings),
+        near_(near),
+        reach_(reach),
+        place_(place),
+        medium_(medium) {}
 
   /// The number of kept points that the row of point i has.
   int count(int i) const {
@@ -61,39 +66,35 @@ class Rows {
   void gather(int i, int* column) {
     kept_.clear();
     jump_ = false;
-    const double own = medium_.diffusivities[i];
+    const double own = medium_.diffusivities[i], per_reach = 1 / (reach_ * spacings_[i]);
     for (const int j : near_.of(i)) {
       if (place_[j] < 0) continue;
       *column++ = place_[j];
-      const Vector<D> r = displacement<D>(cloud_, i, j) / spacings_[i];
-      const double q = std::min(r.norm() / list_reach, 1.0), other = medium_.diffusivities[j];
+      const double q = std::min(std::sqrt(squared_distance<D>(cloud_, i, j)) * per_reach, 1.0);
+      const double other = medium_.diffusivities[j];
       double weight = (1 - q) * (1 - q) / (q * q + 0.01) + 1e-6;
       if (is_jump(own, other)) {
         jump_ = true;
         weight *= own + other > 0 ? 2 * other / (own + other) : 1;
       }
-      kept_.push_back({r, weight});
+      kept_.push_back({displacement<D>(cloud_, i, j) * (reach_ * per_reach), weight});
     }
   }
 
-  /// Moving least squares of linear functions.
+  /// Moving least squares of linear functions: the plain weights, whose sum is 1, times a (1 + b . r), such that the
+  /// sum remains and, up to the ridge, first moments vanish.
   void fit(const float* plain, float* fitted) const {
-    using Unknowns = Eigen::Matrix<double, D + 1, 1>;
-    Eigen::Matrix<double, D + 1, D + 1> moments = Eigen::Matrix<double, D + 1, D + 1>::Zero();
-    const auto functions = [](const Kept& kept) {
-      Unknowns p;
-      p << 1, kept.r;
-      return p;
-    };
+    Vector<D> first = Vector<D>::Zero();
+    Eigen::Matrix<double, D, D> second = ridge * Eigen::Matrix<double, D, D>::Identity();
     for (const Kept& kept : kept_) {
-      const Unknowns p = functions(kept);
-      moments.noalias() += kept.weight * p * p.transpose();
+      first += kept.weight * kept.r;
+      second.noalias() += kept.weight * kept.r * kept.r.transpose();
     }
-    for (int a = 1; a <= D; ++a) moments(a, a) += ridge;
-    const Unknowns value = moments.ldlt().solve(Unknowns::Unit(0));
+    const Vector<D> b = -(second.inverse() * first);
+    const double a = 1 / (1 + b.dot(first));
     bool fits = true;
     for (std::size_t k = 0; k < kept_.size(); ++k) {
-      fitted[k] = static_cast<float>(kept_[k].weight * functions(kept_[k]).dot(value));
+      fitted[k] = static_cast<float>(kept_[k].weight * a * (1 + b.dot(kept_[k].r)));
       fits = fits && fitted[k] >= least;
     }
     if (!fits) std::copy_n(plain, kept_.size(), fitted);
@@ -102,6 +103,7 @@ class Rows {
   const Cloud& cloud_;
   const DenseVector& spacings_;
   const Neighbours& near_;
+  double reach_;                   // of these, in spacings
   const std::vector<int>& place_;  // of kept points among themselves; -1
   const Medium& medium_;
   std::vector<Kept> kept_;
@@ -181,12 +183,12 @@ void restrict_to(const std::vector<int>& kept, const std::vector<float>& plain,
 
 template <int D>
 Transfer transfer(const Cloud& cloud, const DenseVector& spacings, const Neighbours& near,
-                  const std::vector<int>& kept, const std::vector<char>& left_out,
+                  double reach, const std::vector<int>& kept, const std::vector<char>& left_out,
                   const Medium& medium, int threads) {
   const int n = cloud.size();
   std::vector<int> place(n, -1);
   for (std::size_t k = 0; k < kept.size(); ++k) place[kept[k]] = static_cast<int>(k);
-  const Rows<D> rows(cloud, spacings, near, place, medium);
+  const Rows<D> rows(cloud, spacings, near, reach, place, medium);
 
   Transfer result;
   SingleSparseMatrix& P = result.interpolation;
@@ -228,10 +230,11 @@ Transfer transfer(const Cloud& cloud, const DenseVector& spacings, const Neighbo
 }  // namespace
 
 Transfer transfer(const Cloud& cloud, const DenseVector& spacings, const Neighbours& near,
-                  const std::vector<int>& kept, const std::vector<char>& left_out,
+                  double reach, const std::vector<int>& kept, const std::vector<char>& left_out,
                   const Medium& medium, int threads) {
   return dispatch(cloud.dimension(), [&](auto d) {
-    return transfer<decltype(d)::value>(cloud, spacings, near, kept, left_out, medium, threads);
+    return transfer<decltype(d)::value>(cloud, spacings, near, reach, kept, left_out, medium,
+                                        threads);
   });
 }
 

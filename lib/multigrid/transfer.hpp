@@ -18,9 +18,9 @@ struct Transfer {
 };
 
 /// Between points and those of them that were kept by thin(). Points that are left out have no part.
-/// @param near  of the n points, within list_reach spacings
+/// @param near  of the n points, within `reach` spacings: list_reach or short_reach
 Transfer transfer(const Cloud& cloud, const DenseVector& spacings, const Neighbours& near,
-                  const std::vector<int>& kept, const std::vector<char>& left_out,
+                  double reach, const std::vector<int>& kept, const std::vector<char>& left_out,
                   const Medium& medium, int threads);
 
 }  // namespace gradpsi

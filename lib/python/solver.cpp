@@ -28,6 +28,7 @@ struct Shared {
 };
 using Linear = Shared<LinearSolver>;
 using Diffusion = Shared<ImplicitDiffusion>;
+using Pressure = Shared<Poisson>;
 
 constexpr std::pair<std::string_view, Ordering> orderings[] = {
     {"coordinates", Ordering::Coordinates}, {"amd", Ordering::Amd}, {"metis", Ordering::Metis}};
@@ -84,16 +85,22 @@ WallConditions wall_conditions(const ArrayLike& where, const ArrayLike& normals,
   return walls;
 }
 
+BoundaryConditions boundary_conditions(const Cloud& cloud, const ArrayLike& fixed,
+                                       const ArrayLike& fixed_values, const WallConditions* walls) {
+  BoundaryConditions conditions{.fixed = {.points = points(fixed, "fixed", cloud.size())}};
+  conditions.fixed.values = optional_vector(
+      fixed_values, "fixed_values", static_cast<Eigen::Index>(conditions.fixed.points.size()));
+  if (walls) conditions.walls = *walls;
+  return conditions;
+}
+
 std::unique_ptr<Diffusion> implicit_diffusion(const Cloud& cloud, const Operator& laplacian,
                                               double time_step, double diffusivity, double theta,
                                               const ArrayLike& source, const ArrayLike& fixed,
                                               const ArrayLike& fixed_values,
                                               const WallConditions* walls,
                                               const SolverOptions& solver) {
-  BoundaryConditions conditions{.fixed = {.points = points(fixed, "fixed", cloud.size())}};
-  conditions.fixed.values = optional_vector(
-      fixed_values, "fixed_values", static_cast<Eigen::Index>(conditions.fixed.points.size()));
-  if (walls) conditions.walls = *walls;
+  const BoundaryConditions conditions = boundary_conditions(cloud, fixed, fixed_values, walls);
   const DiffusionOptions options{.diffusivity = diffusivity,
                                  .time_step = time_step,
                                  .theta = theta,
@@ -103,6 +110,35 @@ std::unique_ptr<Diffusion> implicit_diffusion(const Cloud& cloud, const Operator
     return std::unique_ptr<Diffusion>(
         new Diffusion{ImplicitDiffusion(cloud, laplacian, conditions, options)});
   });
+}
+
+/// Other points and their conditions.
+template <class Solver>
+void update(Shared<Solver>& shared, const Cloud& cloud, const Operator& laplacian,
+            const ArrayLike& fixed, const ArrayLike& fixed_values, const WallConditions* walls) {
+  const BoundaryConditions conditions = boundary_conditions(cloud, fixed, fixed_values, walls);
+  shared.use([&](Solver& solver) { solver.update(cloud, laplacian, conditions); });
+}
+
+std::unique_ptr<Pressure> poisson(const Cloud& cloud, const Operator& laplacian,
+                                  const ArrayLike& fixed, const ArrayLike& fixed_values,
+                                  const WallConditions* walls, const SolverOptions& solver) {
+  const BoundaryConditions conditions = boundary_conditions(cloud, fixed, fixed_values, walls);
+  return without_gil([&] {
+    return std::unique_ptr<Pressure>(new Pressure{Poisson(cloud, laplacian, conditions, solver)});
+  });
+}
+
+py::array solve_poisson(Pressure& pressure, const ArrayLike& f, const ArrayLike& guess) {
+  const Fields right(f, "f");
+  Fields u = right;
+  u.values.setZero();
+  if (!guess.is_none()) u.values = Fields(guess, "guess").values;
+  if (right.values.cols() != 1 || u.values.cols() != 1)
+    throw InvalidInput("f and guess must have one column");
+  pressure.latest = pressure.use(
+      [&](Poisson& solver) { return solver.solve(right.values.col(0), u.values.col(0)); });
+  return u.array();
 }
 
 using Step = SolveReport (ImplicitDiffusion::*)(Eigen::Ref<Eigen::MatrixXd> u);
@@ -129,7 +165,7 @@ tolerance: largest relative residual |b - A x| / |b|, 0 to 1. max_iterations: fo
 ordering: in which a factorisation eliminates: "coordinates" (of the cloud), "amd", "metis".
 memory: bytes that a factorisation may take; 0: three quarters of the machine's.
 threads: 0: as many as OpenMP offers. solves: about how many right-hand sides each matrix is for,
-  by which "auto" weighs preparing against solving.
+  by which "auto" weighs preparing against solving; 0: 100, of a steady problem 1.
 mean: by volume, of solutions that any constant may be added to; what is then taken from b so
   that there is one is SolveReport.removed. None: such a matrix is an error.
 Raises InvalidInput for a name that is not one of these; numbers are checked by the solver.)")
@@ -208,7 +244,7 @@ stays above the tolerance and above what rounding allows.)")
           },
           py::arg("matrix"),
           R"(Other values in the same pattern; the symbolic analysis is kept where the method
-remains.
+remains, and multigrid's coarser points where the values are nearly multiples.
 
 Raises what the constructor raises, after which there is nothing to solve with until another
 refactor(); InvalidInput if the pattern differs, and all is as before.)")
@@ -257,21 +293,43 @@ meet the walls' conditions it damps what would oscillate, and those that follow 
 
 Raises what step() raises, InvalidInput if theta is not 0.5.)";
 
+constexpr auto update_doc =
+    R"(Other points, or the same ones elsewhere, and the conditions there; what else was given
+remains, and multigrid keeps its coarser points as long as they serve.
+
+Raises what the constructor raises, after which there may be nothing to solve with until another
+update().)";
+
+template <class Solver>
+void bind_common(py::class_<Shared<Solver>>& c) {
+  c.def("update", &update<Solver>, py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
+        py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
+        py::arg("walls") = py::none(), update_doc)
+      .def_property_readonly(
+          "solver",
+          [](Shared<Solver>& shared) {
+            return shared.use([](const Solver& solver) { return solver.solver(); });
+          },
+          "A SolverReport: what the system is solved with, and why")
+      .def_property_readonly(
+          "latest", [](const Shared<Solver>& shared) { return shared.latest; },
+          "A SolveReport: how the latest solve went; None before the first");
+}
+
 void bind_diffusion(py::module_& m) {
-  py::class_<Diffusion>(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
+  py::class_<Diffusion> c(m, "ImplicitDiffusion", R"(Steps du/dt = nu lap u + f by the theta
 method:
 
     (I/dt - theta nu Psi) u_new = (I/dt + (1 - theta) nu Psi) u + f
 
 with a Laplacian's matrix Psi, at points without a condition. Near the edge of an open cloud
 without any, zoc schemes imply zero flux. The matrix is factorised once; step() then costs a
-solve. Threads that step with the same object take turns.)")
-      .def(py::init(&implicit_diffusion), py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
-           py::arg("time_step"), py::arg("diffusivity") = DiffusionOptions().diffusivity,
-           py::arg("theta") = DiffusionOptions().theta, py::arg("source") = py::none(),
-           py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
-           py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(),
-           implicit_diffusion_doc)
+solve. Threads that step with the same object take turns.)");
+  c.def(py::init(&implicit_diffusion), py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
+        py::arg("time_step"), py::arg("diffusivity") = DiffusionOptions().diffusivity,
+        py::arg("theta") = DiffusionOptions().theta, py::arg("source") = py::none(),
+        py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
+        py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(), implicit_diffusion_doc)
       .def("step", &stepped<&ImplicitDiffusion::step>, py::arg("u"),
            R"(u one step later, a new array; the argument (n, or n x k for k fields at once)
 remains what it is.
@@ -285,16 +343,31 @@ if the residual stays above the tolerance.)")
             diffusion.use([&](ImplicitDiffusion& heat) { heat.set_time_step(time_step); });
           },
           py::arg("time_step"),
-          "Another time step: the matrix is factorised anew. Raises what the constructor raises.")
-      .def_property_readonly(
-          "solver",
-          [](Diffusion& diffusion) {
-            return diffusion.use([](const ImplicitDiffusion& heat) { return heat.solver(); });
-          },
-          "A SolverReport: what the system is solved with, and why")
-      .def_property_readonly(
-          "latest", [](const Diffusion& solver) { return solver.latest; },
-          "A SolveReport: how the latest step() went; None before the first");
+          "Another time step: the matrix is factorised anew. Raises what the constructor raises.");
+  bind_common(c);
+}
+
+void bind_poisson(py::module_& m) {
+  py::class_<Pressure> c(m, "Poisson", R"(Solves lap u = f for many f, on points that may move.
+
+Where nothing fixes u, a constant is taken from f so that there is a solution (removed, in
+`latest`), and u is the one of the mean given in SolverOptions, or else of mean 0. Threads that
+solve with the same object take turns.)");
+  c.def(py::init(&poisson), py::arg("cloud"), py::arg("laplacian"), py::kw_only(),
+        py::arg("fixed") = py::none(), py::arg("fixed_values") = py::none(),
+        py::arg("walls") = py::none(), py::arg("solver") = SolverOptions(),
+        R"(laplacian: an Operator with all n rows; copied.
+fixed: points whose value is known, indices or a mask. fixed_values: one for each; None: each
+  keeps what it has in `guess`.
+walls: WallConditions. solver: SolverOptions.
+Raises what ImplicitDiffusion raises.)")
+      .def("solve", &solve_poisson, py::arg("f"), py::arg("guess") = py::none(),
+           R"(u, n numbers. f: n numbers, those at fixed points and walls without effect.
+
+guess: where iterations start from; None: zero.
+Raises InvalidInput if a size is wrong or a number is not finite; SolverError if the residual
+stays above the tolerance.)");
+  bind_common(c);
 }
 
 }  // namespace
@@ -305,6 +378,7 @@ void bind_solver(py::module_& m) {
   bind_linear(m);
   bind_walls(m);
   bind_diffusion(m);
+  bind_poisson(m);
 }
 
 }  // namespace gradpsi::python

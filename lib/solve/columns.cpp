@@ -22,12 +22,12 @@ double size_of_terms(const SparseMatrix& A, const double* b, const double* x) {
   return std::sqrt(squared);
 }
 
-/// Whether column c holds a solution. The 2-norm of b - A x is left in `norm`, relative to that of b unless
-/// that is 0, and b - A x in the residuals.
-bool is_solution(const LinearSystem& system, Columns& columns, int c, double& relative) {
+/// Whether column c, whose right-hand side had that 2-norm, holds a solution. That of b - A x is left in `relative`,
+/// relative to it unless it is 0, and b - A x in the residuals.
+bool is_solution(const LinearSystem& system, Columns& columns, int c, double size,
+                 double& relative) {
   const double* const b = columns.rhs.col(c).data();
   const double* const x = columns.solution.col(c).data();
-  const double size = columns.rhs.col(c).norm();
   const double norm =
       residual(system.A, b, x, columns.residuals.col(c).data(), system.options.threads);
   relative = size > 0 ? norm / size : norm;
@@ -65,7 +65,7 @@ bool refine(const LinearSystem& system, Columns& columns, SolveReport& result,
     result.residual = 0;
     for (int c = 0; c < columns.count(); ++c) {
       double residual;
-      good = is_solution(system, columns, c, residual) && good;
+      good = is_solution(system, columns, c, columns.rhs.col(c).norm(), residual) && good;
       if (!(residual <= result.residual)) result.residual = residual;  // NaN, too
     }
     if (good || result.iterations == 2) return good;
@@ -76,14 +76,14 @@ bool refine(const LinearSystem& system, Columns& columns, SolveReport& result,
 
 bool iterate_each(const LinearSystem& system, Columns& columns, int most_iterations, int at_a_time,
                   SolveReport& result,
-                  const std::function<int(const double*, double*, double, int)>& iterate) {
+                  const std::function<int(double*, double*, double, int)>& iterate) {
   double worst = 0;
   for (int c = 0; c < columns.count(); ++c) {
-    const double target = system.options.tolerance * columns.rhs.col(c).norm();
+    const double size = columns.rhs.col(c).norm(), target = system.options.tolerance * size;
     if (target == 0) columns.solution.col(c).setZero();
     int left = most_iterations;
     double residual, before = std::numeric_limits<double>::infinity();
-    while (!is_solution(system, columns, c, residual)) {
+    while (!is_solution(system, columns, c, size, residual)) {
       result.residual = residual;
       if (left == 0 || !(residual < before / 2)) return false;
       before = residual;

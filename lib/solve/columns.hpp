@@ -27,10 +27,10 @@ bool refine(
 /// made solutions of them all.
 /// @param at_a_time  after so many iterations the true residual is looked at, and has to be halved
 /// @param iterate  starts from x, ends at a residual of 2-norm `target` or after `limit` iterations; gives
-///   their number
+///   their number. It may take constants from b, of which `target` remembers the size
 bool iterate_each(
     const LinearSystem& system, Columns& columns, int most_iterations, int at_a_time,
     SolveReport& result,
-    const std::function<int(const double* b, double* x, double target, int limit)>& iterate);
+    const std::function<int(double* b, double* x, double target, int limit)>& iterate);
 
 }  // namespace gradpsi

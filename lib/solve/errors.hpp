@@ -18,8 +18,8 @@ inline void check_options(const SolverOptions& options) {
     throw InvalidInput("tolerance must be between 0 and 1, not " + shortest(options.tolerance));
   if (options.mean && !std::isfinite(*options.mean))
     throw InvalidInput("mean must be finite, not " + shortest(*options.mean));
-  if (options.solves < 1)
-    throw InvalidInput("solves must be at least 1, not " + std::to_string(options.solves));
+  if (options.solves < 0)
+    throw InvalidInput("solves must be >= 0, not " + std::to_string(options.solves));
   if (options.max_iterations < 1)
     throw InvalidInput("max_iterations must be at least 1, not " +
                        std::to_string(options.max_iterations));

@@ -42,15 +42,46 @@ std::array<double, Sums> Krylov::sum(const F& f) {
   return total;
 }
 
-void Krylov::multiply(const SparseMatrix& A, const double* x, double* y) {
-  for_each_product(A, x, threads_, [y](int i, double product) { y[i] = product; });
+double Krylov::weighted_sum(const double* weights, const double* x) {
+  return sum<1>([=](int i) { return std::array{weights[i] * x[i]}; })[0];
+}
+
+void Krylov::multiply(const Matrix& matrix, const double* x, double* y) {
+  for_each_product(matrix.A, x, threads_, [y](int i, double product) { y[i] = product; });
+  if (!matrix.weights) return;
+  const double more = matrix.strength * weighted_sum(matrix.weights, x);
+  each([=](int i) { y[i] += more; });
+}
+
+/// z = M^-1 r; of the mean, which the preconditioner of a singular A is not for, what the matrix makes of it.
+void Krylov::apply(const Matrix& matrix, const Precondition& precondition, const double* r,
+                   double* z) {
+  if (!matrix.weights) return precondition(r, z);
+  const double total = sum<1>([w = matrix.weights](int i) { return std::array{w[i]}; })[0];
+  const double mean = weighted_sum(matrix.weights, r) / total;
+  without_mean_.resize(n_);
+  double* const rest = without_mean_.data();
+  each([=](int i) { rest[i] = r[i] - mean; });
+  precondition(rest, z);
+  const double shift = (mean / matrix.strength - weighted_sum(matrix.weights, z)) / total;
+  each([=](int i) { z[i] += shift; });
 }
 
 /// z = M^-1 r, y = A z
-void Krylov::multiply(const SparseMatrix& A, const Precondition& precondition, const double* r,
+void Krylov::multiply(const Matrix& matrix, const Precondition& precondition, const double* r,
                       double* z, double* y) {
-  precondition(r, z);
-  multiply(A, z, y);
+  apply(matrix, precondition, r, z);
+  multiply(matrix, z, y);
+}
+
+/// r_ = b - A x; its 2-norm.
+double Krylov::residual(const Matrix& matrix, const double* b, const double* x) {
+  double* const r = r_.data();
+  multiply(matrix, x, r);
+  return std::sqrt(sum<1>([=](int i) {
+    r[i] = b[i] - r[i];
+    return std::array{r[i] * r[i]};
+  })[0]);
 }
 
 /// From the residual as it is now.
@@ -60,7 +91,7 @@ void Krylov::start_anew() {
   v_.setZero();
 }
 
-int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
+int Krylov::conjugate_gradients(const Matrix& matrix, const VectorView& scale,
                                 const Precondition& precondition, const double* b, double* x,
                                 const Goal& goal) {
   double* const r = r_.data();
@@ -68,15 +99,15 @@ int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
   double* const v = v_.data();
   double* const z = z_.data();
   const double* const d = scale.data();
-  if (residual(A, b, x, r, threads_) <= goal.target) return 0;
+  if (residual(matrix, b, x) <= goal.target) return 0;
   double before = 0;
   for (int iteration = 1; iteration <= goal.limit; ++iteration) {
-    precondition(r, z);
+    apply(matrix, precondition, r, z);
     const auto [rz] = sum<1>([=](int i) { return std::array{d[i] * r[i] * z[i]}; });
     const double beta = iteration == 1 ? 0 : rz / before;
     before = rz;
     each([=](int i) { p[i] = z[i] + beta * p[i]; });
-    multiply(A, p, v);
+    multiply(matrix, p, v);
     const auto [pv] = sum<1>([=](int i) { return std::array{d[i] * p[i] * v[i]}; });
     const double alpha = rz / pv;
     if (!std::isfinite(alpha)) return iteration;
@@ -90,12 +121,12 @@ int Krylov::conjugate_gradients(const SparseMatrix& A, const VectorView& scale,
   return goal.limit;
 }
 
-int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, const double* b,
+int Krylov::bicgstab(const Matrix& matrix, const Precondition& precondition, const double* b,
                      double* x, const Goal& goal) {
   double *const r = r_.data(), *const start = start_.data(), *const p = p_.data();
   double *const v = v_.data(), *const s = s_.data(), *const t = t_.data();
   double *const y = y_.data(), *const z = z_.data();
-  double norm = residual(A, b, x, r, threads_);
+  double norm = residual(matrix, b, x);
   if (norm <= goal.target) return 0;
   double rho = 0, alpha = 0, omega = 0, start_norm = 0;
   for (int iteration = 1; iteration <= goal.limit; ++iteration) {
@@ -110,12 +141,12 @@ int Krylov::bicgstab(const SparseMatrix& A, const Precondition& precondition, co
     const double beta = next / rho * (alpha / omega);
     rho = next;
     each([=](int i) { p[i] = r[i] + beta * (p[i] - omega * v[i]); });
-    multiply(A, precondition, p, y, v);
+    multiply(matrix, precondition, p, y, v);
     const auto [start_v] = sum<1>([=](int i) { return std::array{start[i] * v[i]}; });
     alpha = rho / start_v;
     if (!std::isfinite(alpha)) return iteration;
     each([=](int i) { s[i] = r[i] - alpha * v[i]; });
-    multiply(A, precondition, s, z, t);
+    multiply(matrix, precondition, s, z, t);
     const auto [ts, tt] = sum<2>([=](int i) { return std::array{t[i] * s[i], t[i] * t[i]}; });
     omega = tt > 0 ? ts / tt : 0;
     const auto [squared] = sum<1>([=](int i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
@@ -64,21 +65,52 @@ double bytes_of(const SingleSparseMatrix& A) { return 8.0 * A.nonZeros() + 4.0 *
 
 void Multigrid::prepare(const LinearSystem& system, bool weak_rows) {
   const SystemPoints& points = system.points;
-  const int n = system.size();
   threads_ = system.options.threads;
+  floats_ = system.floats;
   walls_.prepare(system, points.walls);
-  const std::vector<char> left_out = marks(n, points.walls);
+  Medium medium = medium_of(system.A, points.cloud, system.diffusivities,
+                            marks(system.size(), points.walls), threads_);
   const double unit = prepare_smoother(system);
-  weight_ = unit * system.scale;
-  levels_.clear();
-  for (CoarseLevel& level :
-       coarser_levels(points.cloud,
-                      medium_of(system.A, points.cloud, system.diffusivities, left_out, threads_),
-                      left_out, unit, threads_))
-    levels_.push_back({std::move(level), {}, {}, {}, {}});
-  for (Level& level : levels_) prepare_level(level, threads_);
+  is_kept_ = keep_levels(system, medium);
+  if (!is_kept_) {
+    unit_ = unit;
+    make_levels(system, medium);
+  }
+  medium_ = std::move(medium);
+  weight_ = unit_ * system.scale;
   factorise_bottom(system);
   if (weak_rows) prepare_weak_rows(system);
+}
+
+void Multigrid::make_levels(const LinearSystem& system, const Medium& medium) {
+  const SystemPoints& points = system.points;
+  levels_.clear();
+  for (CoarseLevel& level :
+       coarser_levels(points.cloud, medium, marks(system.size(), points.walls), unit_, threads_))
+    levels_.push_back({std::move(level)});
+  without_ = points.walls;
+  for (Level& level : levels_) {
+    const auto n = level.matrix.rows();
+    for (DenseVector* vector : {&level.b, &level.x, &level.r}) vector->setZero(n);
+    level.damping = 1;
+    set_steps(level);
+    level.damping =
+        4 / (3 * std::max(largest_eigenvalue(level.matrix, level.step, threads_), 1e-6));
+    level.step *= level.damping;
+  }
+}
+
+/// Whether the levels there are serve this medium, too; then they do.
+bool Multigrid::keep_levels(const LinearSystem& system, const Medium& medium) {
+  if (levels_.empty() || medium_.masses.size() != system.size() || without_ != system.points.walls)
+    return false;
+  const std::optional<MediumChange> by = change(medium_, medium, system.points.cloud);
+  if (!by) return false;
+  for (Level& level : levels_) {
+    renew(level, *by, unit_);
+    set_steps(level);
+  }
+  return true;
 }
 
 /// Returns the unit in which the mean of volumes times diagonals is 1.
@@ -102,29 +134,28 @@ double Multigrid::prepare_smoother(const LinearSystem& system) {
   return mean > 0 ? 1 / mean : 1;
 }
 
-void Multigrid::prepare_level(Level& level, int threads) {
+void Multigrid::set_steps(Level& level) {
   const SingleSparseMatrix& S = level.matrix;
-  const auto n = S.rows();
-  level.step.resize(n);
-  for (DenseVector* vector : {&level.b, &level.x, &level.r}) vector->setZero(n);
-  for (int i = 0; i < n; ++i) {
+  level.step.resize(S.rows());
+  for (int i = 0; i < S.rows(); ++i) {
     double diagonal = 0;
     for (SingleSparseMatrix::InnerIterator a(S, i); a; ++a)
       if (a.col() == i) diagonal = a.value();
-    level.step[i] = diagonal > 0 ? 1 / diagonal : 0;
+    level.step[i] = diagonal > 0 ? level.damping / diagonal : 0;
   }
-  level.step *= 4 / (3 * std::max(largest_eigenvalue(S, level.step, threads), 1e-6));
 }
 
 void Multigrid::factorise_bottom(const LinearSystem& system) {
-  bottom_.reset();
+  if (!is_kept_) bottom_.reset();
   if (levels_.empty()) return;
   constexpr double little =
       1e-7;  // on the diagonal, so that constants in the null space are no obstacle
   const SparseMatrix S = sorted(levels_.back().matrix, little);
   if (!(S.diagonal().minCoeff() > 0)) return;
   try {
-    bottom_.emplace(S, DenseVector::Ones(S.rows()), Elimination{}, system.options.memory, threads_);
+    if (!bottom_)
+      bottom_.emplace(S, DenseVector::Ones(S.rows()), Elimination{}, system.options.memory,
+                      threads_);
     if (!bottom_->factorise(S)) bottom_.reset();
   } catch (const FactorTooLarge&) {
     bottom_.reset();
@@ -166,7 +197,10 @@ void Multigrid::solve_level(std::size_t l, bool start_at_zero) {
   double *const b = level.b.data(), *const x = level.x.data(), *const r = level.r.data();
   const double* const step = level.step.data();
   const int n = static_cast<int>(level.b.size());
-  if (l + 1 == levels_.size() && bottom_) return bottom_->solve(b, x, 1);
+  if (l + 1 == levels_.size() && bottom_) {
+    if (floats_) level.b.array() -= level.b.mean();
+    return bottom_->solve(b, x, 1);
+  }
   const auto smooth = [=](int i, double product) { r[i] = x[i] + step[i] * (b[i] - product); };
   if (start_at_zero) {
     for_each(n, threads_, [=](int i) { x[i] = step[i] * b[i]; });
@@ -226,11 +260,11 @@ std::string Multigrid::description() const {
 FactorReport Multigrid::report() const {
   FactorReport result{.description = description()};
   result.bytes = walls_.bytes() + weak_.bytes() + (bottom_ ? bottom_->report().bytes : 0) +
-                 8.0 * 3 * static_cast<double>(r_.size());
+                 8.0 * 5 * static_cast<double>(r_.size());
   for (const Level& level : levels_) {
     result.entries += static_cast<double>(level.matrix.nonZeros());
     result.bytes += bytes_of(level.interpolation) + bytes_of(level.restriction) +
-                    bytes_of(level.matrix) + 8.0 * 4 * static_cast<double>(level.b.size());
+                    bytes_of(level.matrix) + 8.0 * 6 * static_cast<double>(level.b.size());
   }
   return result;
 }

@@ -16,10 +16,15 @@ namespace gradpsi {
 /// rows at walls, and with `weak_rows` those in which the diagonal is not strong.
 class Multigrid {
  public:
-  /// Symmetric and positive definite after scaling by volume, where the matrix is and without weak rows.
+  /// Symmetric and positive definite after scaling by volume, where the matrix is and without weak rows. Coarser
+  /// points are kept from one matrix to the next, though points may have moved, where the medium is nearly a multiple
+  /// of what it was, until they are given up.
   /// @param system  with points and volumes
   /// @throws NoHierarchy  if there can be no coarser points, or too many rows are weak
   void prepare(const LinearSystem& system, bool weak_rows);
+
+  bool is_kept() const { return is_kept_; }  ///< the coarser points are those of an earlier matrix
+  void give_up() { levels_.clear(); }  ///< the next matrix, which must come first, makes them anew
 
   /// z = about A^-1 r, n each.
   void apply(const LinearSystem& system, const double* r, double* z);
@@ -29,12 +34,15 @@ class Multigrid {
 
  private:
   struct Level : CoarseLevel {
-    DenseVector step;     // of the smoother, over the diagonal
-    DenseVector b, x, r;  // right-hand side, correction, residual
+    double damping = 1;                  // of the smoother
+    DenseVector step = {};               // that over the diagonal
+    DenseVector b = {}, x = {}, r = {};  // right-hand side, correction, residual
   };
 
   double prepare_smoother(const LinearSystem& system);
-  void prepare_level(Level& level, int threads);
+  void make_levels(const LinearSystem& system, const Medium& medium);
+  bool keep_levels(const LinearSystem& system, const Medium& medium);
+  void set_steps(Level& level);
   void factorise_bottom(const LinearSystem& system);
   std::string words_of_weak_rows(const LinearSystem& system) const;
   void prepare_weak_rows(const LinearSystem& system);
@@ -42,11 +50,16 @@ class Multigrid {
   void correct_coarsely();
 
   std::vector<Level> levels_;  // the coarser ones
+  Medium medium_;              // that their matrices are of
+  std::vector<int> without_;   // the walls that they were made without
+  double unit_ = 1;            // of their matrices and residuals
   std::optional<Cholesky> bottom_;
   DenseVector step_, weight_, r_;  // of the finest level: the smoother's, the residual's, memory
   std::vector<char> is_weak_;      // rows
   RowCorrection walls_, weak_;
   int weak_count_ = 0, threads_ = 1;
+  bool is_kept_ = false;
+  bool floats_ = false;  // constants are in the null space of all levels' matrices
 };
 
 }  // namespace gradpsi

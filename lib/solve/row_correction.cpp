@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/resize.hpp"
+#include "matrix/checks.hpp"
 #include "matrix/csr.hpp"
 
 namespace gradpsi {
@@ -27,19 +28,20 @@ SparseMatrix block(const SparseMatrix& A, const std::vector<int>& rows) {
 }  // namespace
 
 void RowCorrection::prepare(const LinearSystem& system, std::vector<int> rows) {
-  if (rows != rows_) factor_.reset();
   rows_ = std::move(rows);
+  SparseMatrix among = block(system.A, rows_);
+  if (!share_pattern(among, among_)) factor_.reset();
+  among_.swap(among);
   if (rows_.empty()) return;
-  const SparseMatrix among = block(system.A, rows_);
   try {
     if (!factor_)
-      factor_.emplace(among, Elimination{}, system.options.memory, system.options.threads);
-    factor_->factorise(among);
+      factor_.emplace(among_, Elimination{}, system.options.memory, system.options.threads);
+    factor_->factorise(among_);
   } catch (const std::exception&) {  // singular or too large: without, then
     factor_.reset();
   }
-  resize(residuals_, among.rows());
-  resize(corrections_, among.rows());
+  resize(residuals_, among_.rows());
+  resize(corrections_, among_.rows());
 }
 
 void RowCorrection::correct(const LinearSystem& system, const double* r, double* z) {

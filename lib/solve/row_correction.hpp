@@ -27,6 +27,7 @@ class RowCorrection {
 
  private:
   std::vector<int> rows_;
+  SparseMatrix among_;  // the block of these
   std::optional<Lu> factor_;
   Eigen::VectorXd residuals_, corrections_;  // of the rows
 };

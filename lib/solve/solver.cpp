@@ -24,13 +24,12 @@ double machine_memory() {
   return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-void check(const LinearSystem& system) {
-  const auto& [A, points, options, scale, diffusivities] = system;
+void check(const SparseMatrix& A, const SystemPoints& points, const SolverOptions& options) {
   const Eigen::Index n = A.rows();
   if (n != A.cols() || !A.isCompressed())
     throw InvalidInput("the matrix must be square and compressed, not " + std::to_string(n) +
                        " x " + std::to_string(A.cols()));
-  if (system.has_points() && points.cloud.size() != n)
+  if (points.cloud.size() > 0 && points.cloud.size() != n)
     throw InvalidInput("there are " + std::to_string(points.cloud.size()) + " points for " +
                        std::to_string(n) + " rows");
   std::vector<char> is_wall(n, false);
@@ -76,28 +75,20 @@ std::string caution(const LinearSystem& system) {
   return text + (rows.size() > named ? ", .." : "");
 }
 
-/// Whether two compressed matrices have the same pattern.
-bool share_pattern(const SparseMatrix& A, const SparseMatrix& B) {
-  return A.rows() == B.rows() && A.cols() == B.cols() && A.isCompressed() &&
-         A.nonZeros() == B.nonZeros() &&
-         std::equal(A.outerIndexPtr(), A.outerIndexPtr() + A.rows() + 1, B.outerIndexPtr()) &&
-         std::equal(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros(), B.innerIndexPtr());
-}
-
 }  // namespace
 
 struct LinearSolver::State {
   State(SparseMatrix&& matrix, const SolverOptions& options, SystemPoints&& points);
 
+  void take(SparseMatrix& matrix);
   void set_up();
   void use(const Choice& next);
   bool has_successor();
   void solve(SolveReport& result);
 
   LinearSystem system;
-  Choice choice;  // of what is prepared
-  bool floats = false,
-       is_pinned = false;  // any constant may be added to a solution; what is prepared knows
+  Choice choice;           // of what is prepared
+  bool is_pinned = false;  // what is prepared holds an unknown
   std::unique_ptr<PreparedMethod> prepared;
   SolverReport report;  // of Method::Auto: there is nothing to solve with
   Columns columns;
@@ -107,12 +98,17 @@ struct LinearSolver::State {
 LinearSolver::State::State(SparseMatrix&& matrix, const SolverOptions& options,
                            SystemPoints&& points)
     : system{.points = std::move(points), .options = options} {
-  system.A.swap(matrix);  // Eigen 3.4 would copy
-  check(system);
-  const Cloud& cloud = system.points.cloud;
+  check(matrix, system.points, options);
   if (!(options.memory > 0)) system.options.memory = 0.75 * machine_memory();
-  system.scale = cloud.has_volumes() ? cloud.volumes() : Eigen::VectorXd::Ones(system.size());
+  take(matrix);
   set_up();
+}
+
+/// Takes a matrix of the points in.
+void LinearSolver::State::take(SparseMatrix& matrix) {
+  system.A.swap(matrix);  // Eigen 3.4 would copy
+  const Cloud& cloud = system.points.cloud;
+  system.scale = cloud.has_volumes() ? cloud.volumes() : Eigen::VectorXd::Ones(system.size());
 }
 
 /// Prepares the first method that serves, what is learnt from one in vain helping to choose the next.
@@ -123,7 +119,7 @@ void LinearSolver::State::set_up() {
     report = {Method::Krylov, "nothing", "there are no unknowns", 0, {}, true};
     return;
   }
-  floats = check_matrix(system);
+  system.floats = check_matrix(system);
   const Method asked = system.options.method;
   const Cloud& cloud = system.points.cloud;
   if (cloud.has_volumes())
@@ -155,10 +151,11 @@ void LinearSolver::State::set_up() {
 
 /// Prepares a method and lets go of the one before; of itself, too, should it throw.
 void LinearSolver::State::use(const Choice& next) {
-  const bool again = prepared && choice.method == next.method && is_pinned == floats;
+  const bool pin = system.floats && !iterates(next.method);
+  const bool again = prepared && choice.method == next.method && is_pinned == pin;
   std::unique_ptr<PreparedMethod> made = again ? std::move(prepared) : row_of(next.method).make();
-  if (floats && !again) made = pinned(std::move(made));
-  is_pinned = floats;
+  if (pin && !again) made = pinned(std::move(made));
+  is_pinned = pin;
   made->prepare(system, next);
   prepared = std::move(made);
   choice = next;
@@ -208,6 +205,16 @@ void LinearSolver::refactor(SparseMatrix matrix) {
     throw InvalidInput("refactor needs a matrix of the pattern that was analysed");
   state_->system.A.swap(matrix);
   state_->set_up();
+}
+
+void LinearSolver::update(SparseMatrix matrix, SystemPoints points) {
+  State& s = *state_;
+  check(matrix, points, s.system.options);
+  // A factor's analysis is of a pattern; iterations know but the number of unknowns.
+  if (matrix.rows() != s.system.size() || !iterates(s.choice.method)) s.prepared.reset();
+  s.system.points = std::move(points);
+  s.take(matrix);
+  s.set_up();
 }
 
 SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,

@@ -17,6 +17,9 @@ struct LinearSystem {
   Eigen::VectorXd scale = {};      // of rows: the points' volumes, or 1
   DenseVector diffusivities = {};  // of rows, see medium.hpp, if the points have volumes
 
+  bool floats =
+      false;  // constants are in the null space: A x + c = b is solved for x of a given mean
+
   int size() const { return static_cast<int>(A.rows()); }
   bool has_points() const { return points.cloud.size() > 0; }
   /// What row i is called in messages.

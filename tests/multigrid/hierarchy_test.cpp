@@ -22,7 +22,7 @@ struct Thinned {
         near(find_neighbours(cloud, list_reach * s)),
         kept(thin(cloud, s, near, left_out)) {}
   Transfer transfer_of(const Medium& medium, int threads = 1) const {
-    return transfer(cloud, s, near, kept, left_out, medium, threads);
+    return transfer(cloud, s, near, list_reach, kept, left_out, medium, threads);
   }
   Medium even_medium() const {
     return {DenseVector::Constant(cloud.size(), 0.5), 3 * cloud.volumes()};
@@ -223,6 +223,46 @@ TEST(Hierarchy, GoesDownToAFewHundredPoints) {
                            std::vector<char>(16, false), 1, 1)
                 .size(),
             1);
+}
+
+// A multiple of a medium has the levels that it would have had from the start.
+TEST(Hierarchy, IsRenewedForAMultipleOfItsMedium) {
+  const Cloud cloud = make_cloud({.points_per_side = 60, .jitter = 0.3, .grading = 5});
+  const std::vector<char> left_out(cloud.size(), false);
+  const DenseVector waves = 0.1 * (7 * cloud.positions().col(0).array()).sin();
+  const DenseVector losses = cloud.volumes().array() * (1 + waves.array());
+  const Medium before{DenseVector(2 + waves.array()), DenseVector(losses + 3 * cloud.volumes())};
+  const Medium now{DenseVector(40 + 20 * waves.array()),
+                   DenseVector(20 * losses + 7 * cloud.volumes())};
+  std::vector<CoarseLevel> levels = coarser_levels(cloud, before, left_out, 0.5, 1);
+  const std::vector<CoarseLevel> anew = coarser_levels(cloud, now, left_out, 0.5, 1);
+  const std::optional<MediumChange> by = change(before, now, cloud);
+  ASSERT_TRUE(by);
+  EXPECT_NEAR(by->diffusivity, 20, 1e-10);
+  ASSERT_EQ(levels.size(), anew.size());
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    renew(levels[l], *by, 0.5);
+    EXPECT_LT((levels[l].matrix - anew[l].matrix).norm(), 1e-5 * anew[l].matrix.norm());
+    EXPECT_LT((levels[l].masses - anew[l].masses).norm(), 1e-9 * anew[l].masses.norm());
+  }
+}
+
+TEST(Medium, IsNoMultipleWhereMoreThanAPointInAHundredIsDifferent) {
+  const Cloud cloud = make_cloud({.points_per_side = 20});
+  const Medium before{DenseVector::Ones(400), 2 * cloud.volumes()};
+  Medium now{DenseVector::Constant(400, 3), 5 * cloud.volumes()};
+  for (int i = 0; i < 4; ++i) now.diffusivities[i] = 30;
+  const auto by = change(before, now, cloud);
+  ASSERT_TRUE(by);
+  EXPECT_EQ(by->diffusivity, 3);
+  EXPECT_NEAR(by->rate_before, 2, 1e-12);
+  EXPECT_NEAR(by->rate, 5, 1e-12);
+  now.masses[7] += 100 * now.diffusivities[7];
+  EXPECT_FALSE(change(before, now, cloud));
+  now.masses[7] = now.masses[8];
+  now.diffusivities[9] = 1;
+  EXPECT_FALSE(change(before, now, cloud));
+  EXPECT_FALSE(change({DenseVector::Zero(400), before.masses}, now, cloud));
 }
 
 TEST(Hierarchy, NeedsVolumesThatAreThePoints) {

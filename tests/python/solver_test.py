@@ -320,10 +320,39 @@ def test_a_mean_says_which_of_many_solutions_is_wanted():
     assert np.allclose(solver.solve([1, 0]), [2.25, 1.75])
     assert solver.latest.removed == pytest.approx(0.5)
     with pytest.raises(gradpsi.InvalidInput, match="solves"):
-        gradpsi.LinearSolver(A, gradpsi.SolverOptions(solves=0))
+        gradpsi.LinearSolver(A, gradpsi.SolverOptions(solves=-1))
     cloud = square()
     heat = gradpsi.ImplicitDiffusion(
         cloud, operator("laplacian-mixed-zoc", cloud), time_step=1, solver=gradpsi.SolverOptions(method="multigrid")
     )
     heat.step(np.ones(144))
     assert heat.solver.method == "multigrid" and "levels of points" in heat.solver.description
+
+
+def test_poisson_problems_follow_their_points():
+    cloud = square()
+    psi = operator("laplacian-mixed-soc", cloud)
+    u = np.random.default_rng(3).random(144)
+    fixed = np.arange(12)
+    poisson = gradpsi.Poisson(cloud, psi, fixed=fixed, fixed_values=u[fixed])
+    assert np.allclose(poisson.solve(psi.matrix @ u), u, atol=1e-8)
+    other = operator("laplacian-mixed-zoc", cloud)
+    poisson.update(cloud, other, fixed=fixed)
+    start = np.where(np.isin(np.arange(144), fixed), u, 0)
+    assert np.allclose(poisson.solve(other.matrix @ u, guess=start), u, atol=1e-8)
+    assert poisson.solver.unknowns == 132 and poisson.latest.residual < 1e-9
+    free = gradpsi.Poisson(cloud, other)
+    free.solve(np.ones(144))
+    assert free.latest.removed == pytest.approx(1)
+    for wrong in (np.ones(143), np.ones((144, 2)), np.full(144, np.nan)):
+        with pytest.raises(gradpsi.InvalidInput):
+            free.solve(wrong)
+
+
+def test_diffusion_is_updated_to_other_points():
+    cloud = square()
+    heat = gradpsi.ImplicitDiffusion(cloud, operator("laplacian-mixed-zoc", cloud), time_step=0.1)
+    psi = operator("laplacian-mixed-soc", cloud)
+    heat.update(cloud, psi, fixed=[5])
+    u = np.random.default_rng(4).random(144)
+    assert np.array_equal(heat.step(u), gradpsi.ImplicitDiffusion(cloud, psi, time_step=0.1, fixed=[5]).step(u))

@@ -106,8 +106,9 @@ class Flow {
                  {.diffusivity = viscosity, .time_step = dt_}),
         poisson_(cavity.cloud,
                  with_walls(operators_[1], cavity.cloud, near_, cavity.walls).laplacian, {},
-                 {.time_step = long_}),
+                 {.solves = 10'000}),
         inside_(Field::Ones(cavity.cloud.size())),
+        pressure_(Field::Zero(cavity.cloud.size())),
         u_(Vectors::Zero(cavity.cloud.size(), 2)) {
     for (const int i : cavity.walls.points) {
       inside_[i] = 0;
@@ -124,9 +125,7 @@ class Flow {
           dt_ * inside_.cwiseProduct(u_.cwiseProduct(du_.middleCols(2 * a, 2)).rowwise().sum());
     viscous_.step(v_);
     multiply(VectorOperator::Divergence, gradient(), v_, divergence_);
-    // One implicit step so long that it ends where lap p = div v / dt, but for the constant that is free.
-    pressure_ = -long_ / dt_ * divergence_;
-    poisson_.step(pressure_);
+    poisson_.solve(divergence_.col(0) / dt_, pressure_);
     multiply(VectorOperator::Gradient, gradient(), pressure_, force_);
     v_ -= dt_ * inside_.asDiagonal() * force_;
     u_.swap(v_);
@@ -145,13 +144,13 @@ class Flow {
  private:
   const std::vector<gradpsi::SparseMatrix>& gradient() const { return operators_[0].axes; }
 
-  static constexpr double long_ = 100;
   double dt_;
   gradpsi::Neighbours near_;
   std::vector<gradpsi::Operator> operators_;
-  gradpsi::ImplicitDiffusion viscous_, poisson_;
-  Field inside_;
-  Vectors u_, v_, du_, divergence_, pressure_, force_;
+  gradpsi::ImplicitDiffusion viscous_;
+  gradpsi::Poisson poisson_;
+  Field inside_, pressure_;
+  Vectors u_, v_, du_, divergence_, force_;
 };
 
 }  // namespace

@@ -22,6 +22,7 @@
 #include <cstdio>
 #include <gradpsi/gradpsi.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -115,19 +116,19 @@ class Flow {
     ++assemblies;
   }
 
-  /// Only its gradient counts, so a constant may be added to the pressure: a long implicit step from the last one
-  /// fixes it.
+  /// Nothing holds the pressure but that its mean is 0. Iterations start from the last one, on the coarser points of
+  /// steps before.
   void solve_pressure(const Vectors& du) {
     Timer timer(seconds.pressure);
     const auto xx = du.col(0).array(), xy = du.col(1).array(), yx = du.col(2).array(),
                yy = du.col(3).array();
-    gradpsi::ImplicitDiffusion poisson(
-        cloud_, laplacian(), {},
-        {.time_step = 100,
-         .source = xx.square() + 2 * xy * yx + yy.square() - (xx + yy) / dt_,
-         .solver = {.method = gradpsi::Method::Krylov, .tolerance = 1e-8}});
-    poisson.step(pressure_);
-    pressure_.array() -= pressure_.mean();
+    if (poisson_)
+      poisson_->update(cloud_, laplacian());
+    else
+      poisson_.emplace(cloud_, laplacian(), gradpsi::BoundaryConditions{},
+                       gradpsi::SolverOptions{.tolerance = 1e-8});
+    const Field f = (xx + yy) / dt_ - xx.square() - 2 * xy * yx - yy.square();
+    poisson_->solve(f, pressure_);
   }
 
   /// -h grad sum_j omega_j W_ij; that gradient's sum is what gradient-direct-zoc subtracts at the point itself.
@@ -142,6 +143,7 @@ class Flow {
   gradpsi::Cloud cloud_;
   double dt_, dx_;
   Field pressure_;
+  std::optional<gradpsi::Poisson> poisson_;
   gradpsi::Neighbours near_;
   std::vector<gradpsi::Operator> operators_;
 };

@@ -251,7 +251,7 @@ class SolverOptions:
         ordering: Literal["coordinates", "amd", "metis"] = "coordinates",
         memory: float = 0.0,
         threads: int = 0,
-        solves: int = 100,
+        solves: int = 0,
         mean: float | None = None,
     ) -> None: ...
     @property
@@ -352,6 +352,41 @@ class ImplicitDiffusion:
     def step(self, u: ArrayLike) -> _Doubles: ...
     def damped_step(self, u: ArrayLike) -> _Doubles: ...
     def set_time_step(self, time_step: float) -> None: ...
+    def update(
+        self,
+        cloud: Cloud,
+        laplacian: Operator,
+        *,
+        fixed: ArrayLike | None = None,
+        fixed_values: ArrayLike | None = None,
+        walls: WallConditions | None = None,
+    ) -> None: ...
+    @property
+    def solver(self) -> SolverReport: ...
+    @property
+    def latest(self) -> SolveReport | None: ...
+
+class Poisson:
+    def __init__(
+        self,
+        cloud: Cloud,
+        laplacian: Operator,
+        *,
+        fixed: ArrayLike | None = None,
+        fixed_values: ArrayLike | None = None,
+        walls: WallConditions | None = None,
+        solver: SolverOptions = ...,
+    ) -> None: ...
+    def solve(self, f: ArrayLike, guess: ArrayLike | None = None) -> _Doubles: ...
+    def update(
+        self,
+        cloud: Cloud,
+        laplacian: Operator,
+        *,
+        fixed: ArrayLike | None = None,
+        fixed_values: ArrayLike | None = None,
+        walls: WallConditions | None = None,
+    ) -> None: ...
     @property
     def solver(self) -> SolverReport: ...
     @property
