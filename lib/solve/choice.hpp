@@ -40,9 +40,6 @@ Choice choose(const Traits& traits, Method asked, const std::vector<Refusal>& re
 /// with a step's reach, sqrt(dt nu), until that is the whole domain. NaN without volumes.
 double iterations_by_diagonal(const Traits& traits);
 
-// What multigrid on the points costs, in such iterations: to prepare, and to solve once.
-constexpr double multigrid_setup = 60, multigrid_solve = 50;
-
 /// Whether a method iterates rather than factorises the matrix.
 bool iterates(Method method);
 

@@ -38,7 +38,7 @@ class Iterative : public PreparedMethod {
     if (by_points_ && multigrid_.is_kept()) {
       start_ = columns.solution;
       if (iterate(system, columns, std::min(most_iterations, 2 * usual_ + 5), result)) {
-        is_worn_ = result.iterations > columns.count() * (usual_ + usual_ / 2 + 1);
+        is_worn_ = 2 * result.iterations >= 3 * columns.count() * std::max(usual_, 1);
         return true;
       }
       if (!make_anew(system)) return false;

@@ -15,7 +15,7 @@ namespace gradpsi {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr int few = 2'000;  // unknowns, where whatever is surest is fast
+constexpr int few = 500;  // unknowns, where whatever is surest is fast
 constexpr int most_lu =
     300'000;  // unknowns, in one and two dimensions, or where these are not known
 constexpr int most_lu_3d = 20'000;
@@ -51,8 +51,10 @@ double krylov_cost(const Traits& traits) {
 }
 
 double multigrid_cost(const Traits& traits) {
-  return traits.has_volumes() && !traits.spread ? multigrid_setup + traits.solves * multigrid_solve
-                                                : infinite;
+  if (!traits.has_volumes() || traits.spread) return infinite;
+  const bool long_rows = traits.dimension == 3;
+  const double set_up = long_rows ? 35 : 50, solve = long_rows ? 35 : 60;
+  return set_up + traits.solves * solve;
 }
 
 constexpr std::array<MethodRow, 5> rows = {
