@@ -97,8 +97,7 @@ std::vector<CoarseLevel> coarser_levels(const Cloud& cloud, const Medium& medium
 
 void renew(CoarseLevel& level, const MediumChange& change, double scale) {
   SingleSparseMatrix& S = level.matrix;
-  level.masses = change.rate * level.volumes +
-                 change.diffusivity * (level.masses - change.rate_before * level.volumes);
+  change_masses(change, level.volumes, level.masses);
   for (int i = 0; i < S.rows(); ++i) {
     float* diagonal = nullptr;
     double others = 0;

@@ -89,6 +89,10 @@ Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusiv
   return result;
 }
 
+void change_masses(const MediumChange& change, const DenseVector& volumes, DenseVector& masses) {
+  masses = change.rate * volumes + change.diffusivity * (masses - change.rate_before * volumes);
+}
+
 std::optional<MediumChange> change(const Medium& before, const Medium& now, const Cloud& cloud) {
   const int n = cloud.size();
   const DenseVector& volumes = cloud.volumes();
@@ -97,15 +101,15 @@ std::optional<MediumChange> change(const Medium& before, const Medium& now, cons
                             median(now.masses.cwiseQuotient(volumes))};
   if (!(result.diffusivity > 0) || !std::isfinite(result.diffusivity)) return {};
   constexpr double half = 1.5;
+  DenseVector masses = before.masses;
+  change_masses(result, volumes, masses);
   int others = 0;
   for (int i = 0; i < n; ++i) {
     const double ratio = ratios[i] / result.diffusivity;
-    const double mass = result.rate * volumes[i] +
-                        result.diffusivity * (before.masses[i] - result.rate_before * volumes[i]);
     // As large as what diffuses to a neighbour.
     const double unit = now.diffusivities[i] * std::pow(volumes[i], 1 - 2.0 / cloud.dimension());
     const bool is_alike = ratio < half && half * ratio > 1 &&
-                          std::abs(mass - now.masses[i]) < (half - 1) * (now.masses[i] + unit);
+                          std::abs(masses[i] - now.masses[i]) < (half - 1) * (now.masses[i] + unit);
     others += !is_alike;
   }
   return others <= n / 100 ? std::optional(result) : std::nullopt;

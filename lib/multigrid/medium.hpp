@@ -39,6 +39,7 @@ struct MediumChange {
   double diffusivity;
   double rate_before, rate;
 };
+void change_masses(const MediumChange& change, const DenseVector& volumes, DenseVector& masses);
 /// None where more than a point in a hundred differs from that by half.
 std::optional<MediumChange> change(const Medium& before, const Medium& now, const Cloud& cloud);
 

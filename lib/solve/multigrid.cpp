@@ -75,8 +75,8 @@ void Multigrid::prepare(const LinearSystem& system, bool weak_rows) {
   if (!is_kept_) {
     unit_ = unit;
     make_levels(system, medium);
+    medium_ = std::move(medium);
   }
-  medium_ = std::move(medium);
   weight_ = unit_ * system.scale;
   factorise_bottom(system);
   if (weak_rows) prepare_weak_rows(system);
@@ -104,12 +104,15 @@ void Multigrid::make_levels(const LinearSystem& system, const Medium& medium) {
 bool Multigrid::keep_levels(const LinearSystem& system, const Medium& medium) {
   if (levels_.empty() || medium_.masses.size() != system.size() || without_ != system.points.walls)
     return false;
-  const std::optional<MediumChange> by = change(medium_, medium, system.points.cloud);
+  const Cloud& points = system.points.cloud;
+  const std::optional<MediumChange> by = change(medium_, medium, points);
   if (!by) return false;
   for (Level& level : levels_) {
     renew(level, *by, unit_);
     set_steps(level);
   }
+  medium_.diffusivities *= by->diffusivity;
+  change_masses(*by, points.volumes(), medium_.masses);
   return true;
 }
 
@@ -151,7 +154,7 @@ void Multigrid::factorise_bottom(const LinearSystem& system) {
   constexpr double little =
       1e-7;  // on the diagonal, so that constants in the null space are no obstacle
   const SparseMatrix S = sorted(levels_.back().matrix, little);
-  if (!(S.diagonal().minCoeff() > 0)) return;
+  if (!(S.diagonal().minCoeff() > 0)) return bottom_.reset();
   try {
     if (!bottom_)
       bottom_.emplace(S, DenseVector::Ones(S.rows()), Elimination{}, system.options.memory,

@@ -47,7 +47,6 @@ class Multigrid {
   std::string words_of_weak_rows(const LinearSystem& system) const;
   void prepare_weak_rows(const LinearSystem& system);
   void solve_level(std::size_t l, bool start_at_zero);
-  void correct_coarsely();
 
   std::vector<Level> levels_;  // the coarser ones
   Medium medium_;              // that their matrices are of

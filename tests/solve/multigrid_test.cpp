@@ -208,6 +208,28 @@ TEST(Multigrid, FollowsPointsThatMove) {
   }
 }
 
+// By a little each time, to what has nothing to do with the medium that the levels were made for.
+TEST(Multigrid, FollowsAMediumThatDrifts) {
+  const Cloud cloud = make_cloud({.points_per_side = 50, .jitter = 0.2});
+  const Operator psi = assemble("laplacian-mixed-zoc", cloud, find_neighbours(cloud, 0.06));
+  std::optional<LinearSolver> solver;
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(cloud.size(), -1, 1);
+  for (int step = 0; step < 20; ++step) {
+    DenseVector conductivity = DenseVector::Ones(cloud.size());
+    for (int i = 0; i < cloud.size(); ++i)
+      if (cloud.positions()(i, 0) > 0.5) conductivity[i] = std::pow(1.4, step);
+    SparseMatrix A = -with_conductivity(psi, conductivity, Mean::Harmonic).matrix();
+    for (int i = 0; i < A.rows(); ++i) A.coeffRef(i, i) += 1e-2;
+    if (solver)
+      solver->refactor(A);
+    else
+      solver.emplace(A, SolverOptions{.method = Method::Multigrid, .tolerance = 1e-8},
+                     SystemPoints{cloud});
+    Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+    EXPECT_LE(solver->solve(b, x).iterations, 1.5 * solve(A, {cloud}, b).iterations + 2) << step;
+  }
+}
+
 TEST(Solver, IsUpdatedToAnyMatrix) {
   const System first("laplacian-mixed-zoc"), other("laplacian-mixed-soc", 2, 15);
   for (const Method method : {Method::Auto, Method::Lu, Method::Krylov, Method::Multigrid}) {
