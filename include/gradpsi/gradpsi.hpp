@@ -4,9 +4,9 @@
 /// Clouds of points as sparse matrices: cloud -> neighbours -> assemble -> multiply, solve or write.
 ///
 /// Everything is a plain value or a free function but LinearSolver, ImplicitDiffusion and Poisson, which keep a
-/// factorisation or coarser points. Arguments are checked before any work is done; errors are InvalidInput, StencilError and
-/// SolverError, std::system_error for files and std::bad_alloc. Functions may be called from several threads
-/// at a time, on the same arguments as long as none of them changes these.
+/// factorisation or coarser points. Arguments are checked before any work is done; errors are InvalidInput,
+/// StencilError and SolverError, std::system_error for files and std::bad_alloc. Functions may be called from several
+/// threads at a time, on the same arguments as long as none of them changes these.
 ///
 /// A program may be compiled with any -m and -march, with EIGEN_MAX_ALIGN_BYTES or EIGEN_DONT_VECTORIZE,
 /// whatever the library was compiled with: memory that passes between them follows one rule (dense.hpp).

@@ -31,10 +31,11 @@ SolveReport Poisson::solve(const VectorView& f, Eigen::Ref<Eigen::VectorXd> u) {
 void Poisson::update(const Cloud& cloud, const Operator& laplacian) {
   if (!conditions_.walls.points.empty())
     throw InvalidInput("walls have another gradient on other points: give the conditions, too");
-  step_.update(cloud, laplacian, conditions_);
+  update(cloud, laplacian, conditions_);
 }
 
 void Poisson::update(const Cloud& cloud, const Operator& laplacian, BoundaryConditions conditions) {
+  step_.set_source(DenseVector());  // f of the points before, which may have been fewer
   step_.update(cloud, laplacian, conditions);
   conditions_ = std::move(conditions);
 }

@@ -125,9 +125,9 @@ void ImplicitDiffusion::update(const Cloud& cloud, const Operator& laplacian,
                                const BoundaryConditions& conditions) {
   State& s = *state_;
   DiffusionSystem next(cloud, with_all_rows(laplacian), conditions, s.options);
-  s.solver.update(next.take_matrix(), next.take_points());
   s.system = std::move(next);
   s.points = cloud.size();
+  s.solver.update(s.system.take_matrix(), s.system.take_points());
 }
 
 SolveReport ImplicitDiffusion::step(Eigen::Ref<Eigen::MatrixXd> u) {

@@ -209,6 +209,7 @@ void LinearSolver::refactor(SparseMatrix matrix) {
 
 void LinearSolver::update(SparseMatrix matrix, SystemPoints points) {
   State& s = *state_;
+  s.report = {};  // should any of this throw
   check(matrix, points, s.system.options);
   // A factor's analysis is of a pattern; iterations know but the number of unknowns.
   if (matrix.rows() != s.system.size() || !iterates(s.choice.method)) s.prepared.reset();
@@ -224,7 +225,7 @@ SolveReport LinearSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& b,
   check(s.system, b, x);
   SolveReport result;
   if (s.report.method == Method::Auto)
-    throw SolverError("there is no factor: the latest refactor() failed");
+    throw SolverError("there is no factor: the latest refactor() or update() failed");
   if (s.system.size() == 0 || b.cols() == 0) return result;
   s.columns.take(b, x);
   s.solve(result);

@@ -17,8 +17,8 @@ struct LinearSystem {
   Eigen::VectorXd scale = {};      // of rows: the points' volumes, or 1
   DenseVector diffusivities = {};  // of rows, see medium.hpp, if the points have volumes
 
-  bool floats =
-      false;  // constants are in the null space: A x + c = b is solved for x of a given mean
+  /// Constants are in the null space: A x + c = b is solved for x of SolverOptions::mean.
+  bool floats = false;
 
   int size() const { return static_cast<int>(A.rows()); }
   bool has_points() const { return points.cloud.size() > 0; }

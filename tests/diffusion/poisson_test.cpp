@@ -39,6 +39,8 @@ TEST(Poisson, IsTheSameWhereverItHasBeenBefore) {
   const Eigen::VectorXd f = later.field();
   Eigen::VectorXd u = Eigen::VectorXd::Zero(later.size()), v = u;
   Poisson poisson(scene.cloud, scene.laplacian, {.fixed = {.points = scene.left}});
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(scene.size());
+  poisson.solve(scene.field(), before);
   const BoundaryConditions conditions{.fixed = {.points = later.left}, .walls = later.wall(2)};
   poisson.update(later.cloud, later.laplacian, conditions);
   poisson.solve(f, u);
@@ -71,14 +73,34 @@ TEST(Diffusion, IsUpdatedToOtherPointsWithItsSourceAndStep) {
   EXPECT_EQ(u, v);
 }
 
+TEST(Diffusion, LeavesOutTheZerosOfASkin) {
+  const Scene scene("laplacian-mixed-zoc");
+  const double support = scene.near.support(0);
+  const Neighbours wide = find_neighbours(scene.cloud, support, Skin{support / 4});
+  const Operator psi = assemble("laplacian-mixed-zoc", scene.cloud, wide);
+  EXPECT_GT(psi.matrix().nonZeros(), scene.laplacian.matrix().nonZeros());
+  const BoundaryConditions conditions{.fixed = {.points = scene.left}, .walls = scene.wall()};
+  const DiffusionSystem with(scene.cloud, psi, conditions, {.time_step = 1}),
+      without(scene.cloud, scene.laplacian, conditions, {.time_step = 1});
+  EXPECT_EQ(with.matrix().nonZeros(), without.matrix().nonZeros());
+  EXPECT_LT((with.matrix() - without.matrix()).norm(), 1e-12 * without.matrix().norm());
+}
+
 TEST(Diffusion, HasNothingToStepWithAfterAnUpdateInVain) {
   const Scene scene("laplacian-mixed-soc"), other("laplacian-mixed-soc", 2, 13);
   ImplicitDiffusion heat(scene.cloud, scene.laplacian, {.fixed = {.points = scene.left}},
                          {.time_step = infinity, .theta = 1});
   // Nothing is fixed: singular.
   EXPECT_THROW(heat.update(other.cloud, other.laplacian, {}), SolverError);
-  Eigen::VectorXd u = scene.field();
+  Eigen::VectorXd u = other.field();
   EXPECT_THROW(heat.step(u), SolverError);
+  // In steps it is not: those of the new points.
+  Eigen::VectorXd v = u;
+  heat.set_time_step(0.1);
+  heat.step(u);
+  ImplicitDiffusion(other.cloud, other.laplacian, {}, {.time_step = 0.1}).step(v);
+  EXPECT_LT((u - v).norm(), 1e-9 * v.norm());
+  u = scene.field();
   heat.update(scene.cloud, scene.laplacian, {.fixed = {.points = scene.left}});
   heat.step(u);
 }

@@ -242,6 +242,8 @@ TEST(Solver, IsUpdatedToAnyMatrix) {
     EXPECT_EQ(x, y) << name(method);
     EXPECT_THAT(message_of<InvalidInput>([&] { solver.update(first.matrix, other.points); }),
                 HasSubstr("there are 225 points for 144 rows"));
+    EXPECT_THROW(solver.solve(b, y), SolverError);
+    solver.update(other.matrix, other.points);
     solver.solve(b, y);
     EXPECT_LT((x - y).norm(), 1e-9 * x.norm());
   }
