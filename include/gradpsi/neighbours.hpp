@@ -51,7 +51,7 @@ Neighbours find_neighbours(const Cloud& cloud, double support, int threads = 0);
 /// @param cloud     n points
 /// @param supports  n lengths > 0, or one for all
 /// @param threads   0: as many as OpenMP offers
-/// @throws InvalidInput  as above
+/// @throws InvalidInput  as above; if the least is not 1e-145 of the largest (their squares are not comparable)
 Neighbours find_neighbours(const Cloud& cloud, const VectorView& supports, int threads = 0);
 
 /// The same for some points only; the lists of the others are left empty.

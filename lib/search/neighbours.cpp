@@ -32,6 +32,22 @@ double largest_support(const Cloud& cloud) {
   return most;
 }
 
+namespace {
+
+/// Distances are compared squared, in units of the largest support: so many orders below it, digits are lost.
+void check_ratio(const Cloud& cloud, const VectorView& supports) {
+  constexpr double least_ratio = 1e-145;
+  Eigen::Index least, most;
+  if (supports.minCoeff(&least) >= least_ratio * supports.maxCoeff(&most)) return;
+  const auto text = [&](Eigen::Index i) {
+    return std::to_string(cloud.number(static_cast<int>(i))) + ", " + shortest(supports[i]);
+  };
+  throw InvalidInput("the support of point " + text(least) + ", vanishes beside that of point " +
+                     text(most) + ", once they are squared");
+}
+
+}  // namespace
+
 void check_supports(const Cloud& cloud, const VectorView& supports) {
   if (supports.size() != 1 && supports.size() != cloud.size())
     throw InvalidInput("supports has " + std::to_string(supports.size()) + " entries for " +
@@ -48,6 +64,7 @@ void check_supports(const Cloud& cloud, const VectorView& supports) {
                            ", is more than half the periodic box, " + shortest(cloud.box()[a]) +
                            ": points would meet two images of the same neighbour");
   }
+  if (supports.size() > 1) check_ratio(cloud, supports);
 }
 
 namespace {

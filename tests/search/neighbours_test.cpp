@@ -216,6 +216,20 @@ TEST(Fault08, PointsTooCloseForTheSupportAreNotCalledCoincident) {
               HasSubstr("vanishes beside a support of 1e+300"));
 }
 
+// Beside the last support that passes, points at less and at more than the least one are told apart.
+TEST(Fault08, SupportsWhoseSquaresCannotBeComparedAreRefused) {
+  const Cloud cloud((Positions(4, 1) << 0, 1, 2.99, 5.01).finished(), {});
+  Eigen::VectorXd supports = Eigen::VectorXd::Constant(4, 2);
+  supports[0] = 1e145;
+  const Neighbours near = find_neighbours(cloud, supports);
+  for (const int j : {0, 2, 3}) EXPECT_EQ(std::ranges::count(near.of(1), j), j < 3);
+  supports[0] = 1e161;
+  EXPECT_THAT(message_of<InvalidInput>([&] { find_neighbours(cloud, supports); }),
+              HasSubstr("the support of point 1, 2, vanishes beside that of point 0, 1e+161"));
+  EXPECT_THROW(find_neighbours(cloud, supports, Skin{0.1}), InvalidInput);
+  EXPECT_THROW(interpolate("value-mls-1", cloud, cloud.positions(), supports), InvalidInput);
+}
+
 TEST(Fault06, AMillionCoincidentPointsAreNamedBeforeAnythingIsAllocated) {
   EXPECT_THAT(
       message_of<InvalidInput>([] { find_neighbours(Cloud(Positions::Ones(1'000'000, 2)), 1.0); }),
