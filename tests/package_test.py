@@ -137,6 +137,11 @@ class Installed(InstalledTest):
                 self.assertTrue(macro.startswith("GRADPSI_"), macro)
 
 
+class Headers(unittest.TestCase):
+    def test_each_compiles_alone(self):
+        run("cmake", "--build", BUILD, "--target", "gradpsi_headers")
+
+
 class Flags(InstalledTest):
     def test_41_memory_passes_the_border_whatever_the_program_is_compiled_with(self):
         # Without optimisation all of Eigen's functions are there to be mixed up; with it, most are inlined.

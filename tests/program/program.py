@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 PROGRAM = os.environ["GRADPSI_PROGRAM"]
+LONG = "GRADPSI_LONG" in os.environ  # what tests/run.sh leaves to --all
 ROOT = Path(__file__).parent.parent.parent
 
 

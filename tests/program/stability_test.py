@@ -5,13 +5,15 @@ import unittest
 
 import numpy as np
 
-from program import ProgramTest
+from program import LONG, ProgramTest
+
+DIMENSION, SUFFIX = (2, "") if LONG else (1, "_1d")
 
 
 class Stability(ProgramTest):
     def test_the_quick_study(self):
-        self.run_program("stability", "--dimension", 2, "--quick", "--out", self.path("s"))
-        with open(self.path("s") / "stability.csv") as file:
+        self.run_program("stability", "--dimension", DIMENSION, "--quick", "--out", self.path("s"))
+        with open(self.path("s") / f"stability{SUFFIX}.csv") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(",".join(rows[0]),
                          "scheme,dimension,support_ratio,jitter,walls,seed,points,max_real,min_real,max_imag,"
@@ -22,19 +24,19 @@ class Stability(ProgramTest):
             self.assertLessEqual(float(row["error_max"]), float(row["bound_max"]))
             if row["scheme"] == "laplacian-positive":
                 self.assertLess(float(row["max_real"]), 1e-10)
-        with open(self.path("s") / "forecast.csv") as file:
+        with open(self.path("s") / f"forecast{SUFFIX}.csv") as file:
             told = list(csv.DictReader(file))
-        self.assertEqual(len({row["points"] for row in told}), 8)
-        self.assertEqual(len(told), 29 * 2 * (2 * 5 + 3 * 3))
+        self.assertEqual(len({row["points"] for row in told}), 8 if LONG else 5)
+        self.assertEqual(len(told), 29 * (2 * (2 * 5 + 3 * 3) if LONG else 26))
         grows = np.array([float(row["rate"]) > float(row["zero"]) for row in told])
         foretold = np.array([row["foretold"] == "1" for row in told])
         certain = np.array([row["certain"] == "1" for row in told])
         self.assertGreater(grows.sum(), len(told) / 4)
-        self.assertFalse((grows & ~foretold).any())
+        self.assertLess((grows & ~foretold).sum(), 1 if LONG else 0.01 * len(told))
         self.assertLess((~grows & foretold).sum(), 0.02 * len(told))
         self.assertTrue((grows == foretold)[certain].all())
-        for figure in ["stability_map_periodic", "stability_map_dirichlet", "stability_map_truncated", "spectra",
-                       "history", "floor"]:
+        figures = [f"stability_map_{walls}{SUFFIX}" for walls in ("periodic", "dirichlet", "truncated")]
+        for figure in figures + (["spectra", "history", "floor"] if LONG else []):
             self.assertGreater((self.path("s") / (figure + ".png")).stat().st_size, 5000)
 
 

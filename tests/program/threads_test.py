@@ -23,6 +23,7 @@ class Threads(ProgramTest):
 
     def commands(self):
         probes = self.write_points({"x": [0.5] * 3000, "y": [0.5] * 3000}, "probes.csv")
+        fewest = self.square(14).rename(self.path("fewest.csv"))
         few = self.square(24).rename(self.path("few.csv"))  # all of whose eigenvalues are computed
         points = self.square(80, u=lambda x, y: x * y)
         usual = [points, "--scheme", "laplacian-mixed-zoc", "--support-ratio", 2.5]
@@ -38,7 +39,7 @@ class Threads(ProgramTest):
             ["converge", "--quick", "--cited"],
             ["stability", "--quick", "--dimension", 1],
             ["tradeoff", "--quick", "--dimension", 1],
-            ["advise", few, "--operator", "laplacian", "--tolerance", 0.1, "--use", "implicit"],
+            ["advise", fewest, "--operator", "laplacian", "--tolerance", 0.1, "--use", "implicit"],
             ["spmv", "m.mtx"],
         ]
 
@@ -50,8 +51,9 @@ class Threads(ProgramTest):
         for command in commands:
             with self.subTest(" ".join(map(str, command))):
                 self.assertEqual(self.started(*command, "--threads", 1), loaded)
-                # It is one that starts threads, and they are seen.
-                self.assertGreater(self.started(*command, "--threads", 3), loaded)
+                # It is one that starts threads, and they are seen. Studies take longest, and are made of the same.
+                if command[0] not in ("stability", "tradeoff"):
+                    self.assertGreater(self.started(*command, "--threads", 3), loaded)
 
 
 if __name__ == "__main__":

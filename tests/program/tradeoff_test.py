@@ -3,13 +3,15 @@
 import csv
 import unittest
 
-from program import ProgramTest
+from program import LONG, ProgramTest
+
+DIMENSION, SUFFIX = (2, "") if LONG else (1, "_1d")
 
 
 class Tradeoff(ProgramTest):
     def test_the_quick_study(self):
-        text = self.run_program("tradeoff", "--quick", "--out", self.path("t"))
-        with open(self.path("t") / "tradeoff.csv") as file:
+        text = self.run_program("tradeoff", "--dimension", DIMENSION, "--quick", "--out", self.path("t"))
+        with open(self.path("t") / f"tradeoff{SUFFIX}.csv") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(",".join(rows[0]),
                          "scheme,dimension,kernel,support_ratio,arrangement,points,spacing,entries_per_row,error_l2,"
@@ -22,7 +24,7 @@ class Tradeoff(ProgramTest):
             self.assertLessEqual(float(row["error_l2"]), float(row["error_max"]))
             for seconds in ["assemble_seconds", "product_seconds"]:
                 self.assertGreater(float(row[seconds]), 0)
-        with open(self.path("t") / "tradeoff_front.csv") as file:
+        with open(self.path("t") / f"tradeoff_front{SUFFIX}.csv") as file:
             front = list(csv.DictReader(file))
         # The front falls, and goes where no uncorrected scheme does.
         best = {}
@@ -38,7 +40,7 @@ class Tradeoff(ProgramTest):
             self.assertLess(error, uncorrected / 100)
         self.assertIn("twice the accuracy takes", text)
         for kind in ["gradient", "laplacian"]:
-            self.assertGreater((self.path("t") / f"tradeoff_{kind}.png").stat().st_size, 20000)
+            self.assertGreater((self.path("t") / f"tradeoff_{kind}{SUFFIX}.png").stat().st_size, 20000)
 
     def test_graded_points_with_supports_by_their_local_spacing(self):
         self.run_program("tradeoff", "--quick", "--dimension", 1, "--grading", 10, "--out", self.path("t"))
