@@ -35,8 +35,7 @@ build() {
   cmake --preset "$1" "${@:2}"
   cmake --build --preset "$1"
 }
-# One test more than there are cores: some wait for others most of the time.
-run_tests() { ctest --preset "$1" -j $(($(nproc) + 1)) "${@:2}"; }
+run_tests() { ctest --preset "$1" -j "$(nproc)" "${@:2}"; }
 
 valgrind_small_tests() {
   OPENBLAS_NUM_THREADS=1 valgrind -q --suppressions=tests/valgrind.supp --error-exitcode=9 --leak-check=full \

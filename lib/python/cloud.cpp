@@ -1,5 +1,6 @@
 // Points, and who is near whom.
 
+#include <optional>
 #include <string>
 
 #include "python/arrays.hpp"
@@ -34,11 +35,14 @@ py::tuple cloud_box(const Cloud& cloud) {
   return box;
 }
 
-Neighbours neighbours(const Cloud& cloud, const ArrayLike& support, int threads) {
-  if (const auto h = number(support, "support"))
-    return without_gil([&] { return find_neighbours(cloud, *h, threads); });
-  const DenseVector supports = vector(support, "support");
-  return without_gil([&] { return find_neighbours(cloud, supports, threads); });
+Neighbours neighbours(const Cloud& cloud, const ArrayLike& support, int threads,
+                      std::optional<double> skin) {
+  const auto h = number(support, "support");
+  const DenseVector supports = h ? DenseVector::Constant(1, *h) : vector(support, "support");
+  return without_gil([&] {
+    return skin ? find_neighbours(cloud, supports, Skin{*skin}, threads)
+                : find_neighbours(cloud, supports, threads);
+  });
 }
 
 py::array_t<int> neighbours_of(const py::object& self, int point) {
@@ -179,6 +183,8 @@ copies.)")
             return view(self.cast<const Neighbours&>().supports, self);
           },
           "Lengths: one for all points, or n")
+      .def_readonly("skin", &Neighbours::skin,
+                    "How far the lists reach beyond the supports (a length); 0: not at all")
       .def_property_readonly(
           "order", &member_view<&Neighbours::order>,
           "The order in which rows are worked on: near points close to one another");
@@ -216,18 +222,34 @@ find_neighbours(cloud, 3 * local_spacing(cloud)) has supports that follow the po
 Raises InvalidInput as cloud.spacing() does.)");
 }
 
-void bind_searches(py::module_& m) {
-  m.def("find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"),
-        py::arg("threads") = 0,
-        R"(For each point all others nearer than its support, shortest images counting in periodic
+constexpr auto find_neighbours_doc =
+    R"(For each point all others nearer than its support, shortest images counting in periodic
 directions.
 
 support: h > 0 (a length), or n of them, one a point; in periodic directions at most half the
   box.
 threads 0: as many as OpenMP offers; the result does not depend on it. O(n log n) and
   O(neighbours).
+skin > 0: how far lists reach beyond the supports (a length). As long as no point has moved by
+  more than half of it, reassemble() gives what the points' own lists would give, on a pattern
+  that stays.
 Raises InvalidInput if a support is out of range, points coincide (the first pair is named),
-most points have no neighbour, or there would be more than 2^31 - 1 entries.)");
+most points have no neighbour, or there would be more than 2^31 - 1 entries.)";
+
+void bind_searches(py::module_& m) {
+  m.def("find_neighbours", &neighbours, py::arg("cloud"), py::arg("support"),
+        py::arg("threads") = 0, py::kw_only(), py::arg("skin") = py::none(), find_neighbours_doc);
+  m.def(
+      "is_stale",
+      [](const Neighbours& near, const Cloud& cloud, int threads) {
+        return without_gil([&] { return is_stale(near, cloud, threads); });
+      },
+      py::arg("near"), py::arg("cloud"), py::arg("threads") = 0,
+      R"(Whether a point has moved by more than half the skin since `near` was found: a neighbour may
+then be missing, and whatever takes `near` refuses it.
+
+cloud: the same n points, where they are now. One pass over the positions.
+Raises InvalidInput if `near` has no skin or is of other points.)");
   m.def(
       "number_density_volumes",
       [](const Cloud& cloud, const Neighbours& near, const std::string& kernel_name, int threads) {

@@ -195,7 +195,7 @@ TEST(Stale, IsWhatHasMovedByMoreThanHalfTheSkin) {
                        Cloud(cloud.positions() * 1.1e-200)));
 }
 
-TEST(Stale, ListsAreRefused) {
+TEST(Fault47, ListsThatPointsHaveMovedOutOfAreRefused) {
   const Cloud cloud = make_cloud({.points_per_side = 8});
   const Neighbours near = find_neighbours(cloud, 0.4, Skin{0.1});
   Operator op = assemble("laplacian-mixed-zoc", cloud, near);
@@ -207,7 +207,7 @@ TEST(Stale, ListsAreRefused) {
   EXPECT_THAT(message([&] { number_density_volumes(later, near); }), HasSubstr("has moved by"));
 }
 
-TEST(Skin, RefusesWhatCannotBe) {
+TEST(Fault47, SkinsThatCannotBeAreRefused) {
   const Cloud cloud = periodic(make_cloud({.points_per_side = 8}));
   const auto message = [](const auto& call) { return message_of<InvalidInput>(call); };
   for (const Eigen::VectorXd& supports : {Eigen::VectorXd(0), Eigen::VectorXd(63)})

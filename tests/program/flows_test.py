@@ -25,8 +25,13 @@ class TaylorGreen(unittest.TestCase):
             self.assertEqual(coarse["order"], "")
 
     def test_what_is_no_number_is_an_error(self):
-        done = subprocess.run([FLOWS / "taylor_green", "many"], capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stderr[:6]), (1, "error:"))
+        for program, words, message in [
+                ("taylor_green", ["many"], "POINTS_PER_SIDE must be a whole number of at least 9, not 'many'"),
+                ("taylor_green", ["20", "--jitter", "-1"], "--jitter must be a number of at least 0.000000, not '-1'"),
+                ("cavity", ["33x"], "POINTS_PER_SIDE must be a whole number of at least 9, not '33x'"),
+                ("cavity", ["8"], "POINTS_PER_SIDE must be a whole number of at least 9, not '8'")]:
+            done = subprocess.run([FLOWS / program, *words], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stderr), (1, f"error: {message}\n"))
 
 
 class Cavity(unittest.TestCase):

@@ -105,6 +105,31 @@ def test_scipy_and_the_library_see_the_same_memory():
     assert same(first, operator("laplacian-mixed-soc", cloud).matrix)
 
 
+def test_points_that_move_within_their_skin_keep_their_lists():
+    cloud = square(12)
+    h, skin = 3 * cloud.spacing(), 0.5 * cloud.spacing()
+    near = gradpsi.find_neighbours(cloud, h, skin=skin)
+    assert near.skin == skin and gradpsi.find_neighbours(cloud, h).skin == 0
+    op = gradpsi.assemble("laplacian-mixed-soc", cloud, near)
+    step = np.random.default_rng(3).uniform(-0.35, 0.35, cloud.positions.shape) * skin
+    moved = gradpsi.Cloud(cloud.positions + step, cloud.volumes)
+    assert not gradpsi.is_stale(near, moved)
+    gradpsi.reassemble("laplacian-mixed-soc", moved, near, op)
+    own = gradpsi.assemble("laplacian-mixed-soc", moved, gradpsi.find_neighbours(moved, h)).matrix
+    assert op.matrix.nnz > own.nnz and abs(op.matrix - own).max() < 1e-11 * abs(own).max()
+
+    far = cloud.positions.copy()
+    far[7] += 0.6 * skin
+    gone = gradpsi.Cloud(far, cloud.volumes)
+    assert gradpsi.is_stale(near, gone)
+    with pytest.raises(gradpsi.InvalidInput, match="point 7 has moved by"):
+        gradpsi.reassemble("laplacian-mixed-soc", gone, near, op)
+    with pytest.raises(gradpsi.InvalidInput, match="without a skin"):
+        gradpsi.is_stale(gradpsi.find_neighbours(cloud, h), cloud)
+    with pytest.raises(gradpsi.InvalidInput, match="the skin must be > 0"):
+        gradpsi.find_neighbours(cloud, h, skin=0)
+
+
 def test_matrices_outlive_their_operator():
     op = operator("gradient-direct-foc", square())
     axes = op.axes

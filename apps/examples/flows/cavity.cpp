@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "argument.hpp"
+
 namespace {
 
 using gradpsi::VectorOperator;
@@ -156,7 +158,7 @@ class Flow {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const int side = argc > 1 ? std::stoi(argv[1]) : 65;
+  const int side = argc > 1 ? argument("POINTS_PER_SIDE", argv[1], 9) : 65;
   const Cavity cavity = make_cavity(side);
   Flow flow(cavity, 1.0 / (side - 1));
   while (flow.step() > 1e-6) continue;

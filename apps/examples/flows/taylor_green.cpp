@@ -26,6 +26,8 @@
 #include <string>
 #include <vector>
 
+#include "argument.hpp"
+
 namespace {
 
 using Field = Eigen::VectorXd;
@@ -181,9 +183,9 @@ int main(int argc, char** argv) try {
   double jitter = 0.2;
   for (int k = 1; k < argc; ++k)
     if (std::string(argv[k]) == "--jitter" && k + 1 < argc)
-      jitter = std::stod(argv[++k]);
+      jitter = argument("--jitter", argv[++k], 0.0);
     else
-      sides.push_back(std::stoi(argv[k]));
+      sides.push_back(argument("POINTS_PER_SIDE", argv[k], 9));
   if (sides.empty()) sides = {20, 40, 80};
   std::puts("points_per_side,steps,error,order,assembly_seconds,search,assembly,pressure,other");
   double error = 0;
