@@ -35,27 +35,32 @@ DenseVector diffusivities(const SparseMatrix& A, const Cloud& points,
 
 /// Replaces what these rows know by the mean of others among their entries, weighted by these; in turns, as some
 /// have only each other.
-void replace_by_neighbours(const SparseMatrix& A, std::vector<int> rows, DenseVector& known) {
-  std::vector<char> is_known(A.rows(), true);
-  for (const int i : rows) is_known[i] = false;
-  while (!rows.empty()) {
+void replace_by_neighbours(const SparseMatrix& A, std::vector<int> rows, const OtherRows& others,
+                           DenseVector& known) {
+  DenseVector is_known = DenseVector::Ones(A.rows());
+  is_known(rows).setZero();
+  const auto anywhere = [&](bool here) { return others.anywhere ? others.anywhere(here) : here; };
+  const auto columns = [&](const DenseVector& of_rows) {
+    return others.columns ? others.columns(of_rows) : of_rows;
+  };
+  while (anywhere(!rows.empty())) {
+    const DenseVector value = columns(known), counts = columns(is_known);
     std::vector<int> still;
     for (const int i : rows) {
       double sum = 0, weights = 0;
       for (SparseMatrix::InnerIterator a(A, i); a; ++a)
-        if (is_known[a.col()]) {
-          sum += std::abs(a.value()) * known[a.col()];
+        if (counts[a.col()] != 0) {
+          sum += std::abs(a.value()) * value[a.col()];
           weights += std::abs(a.value());
         }
       if (weights > 0)
-        known[i] = sum / weights;
+        known[i] = sum / weights, is_known[i] = 1;
       else
         still.push_back(i);
     }
-    for (const int i : rows) is_known[i] = true;
-    for (const int i : still) is_known[i] = false;
-    if (still.size() == rows.size()) break;
+    const bool moved = anywhere(still.size() < rows.size());
     rows.swap(still);
+    if (!moved) break;
   }
   for (const int i : rows) known[i] = std::max(known[i], 0.0);
 }
@@ -69,8 +74,8 @@ DenseVector row_diffusivities(const SparseMatrix& A, const Cloud& points,
   });
 }
 
-Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusivities,
-                 const std::vector<char>& left_out, int threads) {
+Medium medium_of(const SparseMatrix& A, const DenseVector& volumes, DenseVector diffusivities,
+                 const std::vector<char>& left_out, const OtherRows& others, int threads) {
   const int n = static_cast<int>(A.rows());
   Medium result{std::move(diffusivities), DenseVector::Zero(n)};
   DenseVector sums = DenseVector::Zero(n);
@@ -78,14 +83,14 @@ Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusiv
     for (int i = begin; i < end; ++i)
       if (const RowSum row = row_sum(A, i); !row.vanishes()) sums[i] = std::max(row.sum, 0.0);
   });
-  const double usual = median(sums);
+  const double usual = others.median ? others.median(sums) : median(sums);
   std::vector<int> ignorant;
   for (int i = 0; i < n; ++i) {
     if (left_out[i]) sums[i] = 0;
     if (left_out[i] || sums[i] > 2 * usual || !(result.diffusivities[i] > 0)) ignorant.push_back(i);
   }
-  result.masses = sums.cwiseProduct(cloud.volumes());
-  replace_by_neighbours(A, std::move(ignorant), result.diffusivities);
+  result.masses = sums.cwiseProduct(volumes);
+  replace_by_neighbours(A, std::move(ignorant), others, result.diffusivities);
   return result;
 }
 

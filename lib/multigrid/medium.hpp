@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -23,14 +24,21 @@ struct Medium {
   DenseVector masses;         // times the points' volumes; 0: to rounding
 };
 
+/// How rows of a part of the points hear of all others'; by default they are all.
+struct OtherRows {
+  std::function<double(const DenseVector&)> median = {};        // of all rows' values, from these
+  std::function<DenseVector(const DenseVector&)> columns = {};  // the columns' values, from rows'
+  std::function<bool(bool)> anywhere = {};
+};
+
 /// What a matrix's rows say of the medium. Rows that lost neighbours to eliminated points, whose sum is then large,
 /// know less of the diffusivity: theirs is the mean of neighbours that lost none.
-/// @param A         n x n, the unknowns in their points' order
-/// @param cloud     n points with volumes
+/// @param A         a row for each of n points; columns are these, or with `others` some more
+/// @param volumes   n: the rows'
 /// @param diffusivities  n: the rows'
 /// @param left_out  n marks: rows that say nothing, as they hold boundary conditions
-Medium medium_of(const SparseMatrix& A, const Cloud& cloud, DenseVector diffusivities,
-                 const std::vector<char>& left_out, int threads);
+Medium medium_of(const SparseMatrix& A, const DenseVector& volumes, DenseVector diffusivities,
+                 const std::vector<char>& left_out, const OtherRows& others, int threads);
 
 /// A medium that is nearly a multiple of another one: kappa' = diffusivity kappa, and
 /// mass' = rate' volume + diffusivity (mass - rate volume), as another time step, or the next one on points that have

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "multigrid/hierarchy.hpp"
-#include "solve/cholesky.hpp"
+#include "solve/coarse_cycle.hpp"
 #include "solve/row_correction.hpp"
 #include "solve/system.hpp"
 
@@ -24,7 +22,7 @@ class Multigrid {
   void prepare(const LinearSystem& system, bool weak_rows);
 
   bool is_kept() const { return is_kept_; }  ///< the coarser points are those of an earlier matrix
-  void give_up() { levels_.clear(); }  ///< the next matrix, which must come first, makes them anew
+  void give_up() { coarse_.clear(); }  ///< the next matrix, which must come first, makes them anew
 
   /// z = about A^-1 r, n each.
   void apply(const LinearSystem& system, const double* r, double* z);
@@ -33,32 +31,20 @@ class Multigrid {
   FactorReport report() const;  ///< entries of all levels' matrices and the memory that it holds
 
  private:
-  struct Level : CoarseLevel {
-    double damping = 1;                  // of the smoother
-    DenseVector step = {};               // that over the diagonal
-    DenseVector b = {}, x = {}, r = {};  // right-hand side, correction, residual
-  };
-
   double prepare_smoother(const LinearSystem& system);
-  void make_levels(const LinearSystem& system, const Medium& medium);
   bool keep_levels(const LinearSystem& system, const Medium& medium);
-  void set_steps(Level& level);
-  void factorise_bottom(const LinearSystem& system);
   std::string words_of_weak_rows(const LinearSystem& system) const;
   void prepare_weak_rows(const LinearSystem& system);
-  void solve_level(std::size_t l, bool start_at_zero);
 
-  std::vector<Level> levels_;  // the coarser ones
-  Medium medium_;              // that their matrices are of
-  std::vector<int> without_;   // the walls that they were made without
-  double unit_ = 1;            // of their matrices and residuals
-  std::optional<Cholesky> bottom_;
+  CoarseCycle coarse_;
+  Medium medium_;                  // that its matrices are of
+  std::vector<int> without_;       // the walls that it was made without
+  double unit_ = 1;                // of their matrices and residuals
   DenseVector step_, weight_, r_;  // of the finest level: the smoother's, the residual's, memory
   std::vector<char> is_weak_;      // rows
   RowCorrection walls_, weak_;
   int weak_count_ = 0, threads_ = 1;
   bool is_kept_ = false;
-  bool floats_ = false;  // constants are in the null space of all levels' matrices
 };
 
 }  // namespace gradpsi

@@ -180,7 +180,7 @@ TEST(Medium, IsWhatTheRowsSay) {
   for (int i = 0; i < A.rows(); ++i) A.coeffRef(i, i) += 1;
   std::vector<char> left_out(cloud.size(), false);
   left_out[5] = true;
-  const Medium medium = medium_of(A, cloud, diffusivities(A, cloud), left_out, 1);
+  const Medium medium = medium_of(A, cloud.volumes(), diffusivities(A, cloud), left_out, {}, 1);
   EXPECT_LT((medium.diffusivities.array() / 2e-3 - 1).abs().maxCoeff(), 1e-9);
   for (int i = 0; i < cloud.size(); ++i)
     EXPECT_NEAR(medium.masses[i], i == 5 ? 0 : cloud.volumes()[i], 1e-10);
@@ -194,8 +194,9 @@ TEST(Medium, RowsThatLostNeighboursAskTheOthers) {
                                {.fixed = {.points = {0, 1, 2, 20, 21, 22, 40, 41, 42}}},
                                {.time_step = std::numeric_limits<double>::infinity()});
   const Cloud& cloud = system.points().cloud;
-  const Medium medium = medium_of(system.matrix(), cloud, diffusivities(system.matrix(), cloud),
-                                  std::vector<char>(cloud.size(), false), 1);
+  const Medium medium =
+      medium_of(system.matrix(), cloud.volumes(), diffusivities(system.matrix(), cloud),
+                std::vector<char>(cloud.size(), false), {}, 1);
   for (int i = 0; i < cloud.size(); ++i) {
     if ((cloud.positions().row(i).array() > 0.5).any()) continue;  // near the fixed corner
     EXPECT_GT(medium.diffusivities[i], 0.4);
