@@ -6,6 +6,7 @@
 #include "gradpsi/error.hpp"
 #include "gradpsi/neighbours.hpp"
 #include "multigrid/compact.hpp"
+#include "multigrid/for_petsc.hpp"
 #include "multigrid/thinning.hpp"
 #include "multigrid/transfer.hpp"
 #include "search/check.hpp"

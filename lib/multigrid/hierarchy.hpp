@@ -10,7 +10,7 @@
 namespace gradpsi {
 
 /// Points of which no coarser ones can be made: why.
-struct NoHierarchy : std::runtime_error {
+struct [[gnu::visibility("default")]] NoHierarchy : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 

@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
 #include "matrix/checks.hpp"
+#include "multigrid/for_petsc.hpp"
 
 namespace gradpsi {
 namespace {

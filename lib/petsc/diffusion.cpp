@@ -11,6 +11,7 @@
 #include "gradpsi/petsc.hpp"
 #include "gradpsi/system.hpp"
 #include "matrix/checks.hpp"
+#include "multigrid/for_petsc.hpp"
 #include "petsc/collective.hpp"
 #include "petsc/matrix.hpp"
 #include "petsc/options.hpp"
@@ -169,6 +170,53 @@ Handle<Mat> twin_of(const Subdomain& mine, const DiffusionSystem& system, const 
   return make_matrix(comm, rows, numbers.columns);
 }
 
+/// Rows whose diagonal is weak, those that share an entry with them and, if there are any, walls.
+/// @throws NoHierarchy  in all processes: if that is more than can be factorised
+std::vector<int> weak_rows(const Subdomain& mine, const DiffusionSystem& system,
+                           const Smoother& rows, std::int64_t unknowns) {
+  const MPI_Comm comm = mine.partition().comm();
+  if (!anywhere(comm, std::ranges::count(rows.is_weak, 1) > 0)) return {};
+  const SparseMatrix& A = system.matrix();
+  DenseVector marks(A.rows());
+  for (Eigen::Index k = 0; k < A.rows(); ++k) marks[k] = rows.is_weak[k];
+  const DenseVector of_columns = column_values(mine, system, marks);
+  for (int k = 0; k < A.rows(); ++k)
+    for (SparseMatrix::InnerIterator a(A, k); a; ++a)
+      if (of_columns[a.col()] != 0) marks[k] = 1;
+  marks(system.points().walls).setOnes();
+  std::vector<int> result;
+  for (int k = 0; k < A.rows(); ++k)
+    if (marks[k] != 0) result.push_back(k);
+  if (sum_of(comm, std::int64_t{std::ssize(result)}) > most_weak_rows(unknowns))
+    throw NoHierarchy("too many rows have weak diagonals");
+  return result;
+}
+
+/// The levels of multigrid on the points; none where there can be none.
+std::optional<RowLevels> levels_of(const Subdomain& mine, const DiffusionSystem& system,
+                                   const Cloud& points, const Numbering& numbers, bool symmetric,
+                                   int threads) try {
+  const MPI_Comm comm = mine.partition().comm();
+  const SparseMatrix& A = system.matrix();
+  const SystemPoints& rows = system.points();
+  Smoother own = smoother(A, numbers.diagonal, threads);
+  std::vector<int> weak;
+  if (!symmetric) weak = weak_rows(mine, system, own, numbers.size);
+  const OtherRows others{
+      .median = [&](const DenseVector& of_rows) { return median(comm, of_rows); },
+      .columns = [&](const DenseVector& of_rows) { return column_values(mine, system, of_rows); },
+      .anywhere = [&](bool here) { return petsc::anywhere(comm, here); }};
+  std::vector<char> left_out(A.rows(), false);
+  for (const int k : rows.walls) left_out[k] = true;
+  Medium medium =
+      medium_of(A, rows.cloud.volumes(), row_diffusivities(A, points, numbers.diagonal, threads),
+                left_out, others, threads);
+  return row_levels(
+      comm, {rows.cloud, std::move(medium), std::move(own), rows.walls, std::move(weak)}, threads);
+} catch (const NoHierarchy&) {
+  return {};
+}
+
 void check_arguments(const Subdomain& mine, const Operator& laplacian,
                      const DiffusionOptions& options, bool sourced) {
   check_options(options.solver);
@@ -239,10 +287,14 @@ void ImplicitDiffusion::State::set_up(const Cloud& points, const Numbering& numb
                       .walls = system->points().walls,
                       .traits = {}};
   spread.traits = traits_of(mine, *system, points, numbers, spread.A.get(), options.threads);
-  const Choice choice = choose(spread.traits, options.method);
-  if (iterates(choice.method) && choice.preconditioner == Preconditioner::TwinMultigrid &&
-      !has_option("-pc_type"))
-    spread.twin = twin_of(mine, *system, points, numbers, options.threads);
+  Choice choice = choose(spread.traits, options.method);
+  if (iterates(choice.method) && choice.preconditioner == Preconditioner::Points &&
+      !has_option("-pc_type")) {
+    spread.levels = levels_of(mine, *system, points, numbers, choice.conjugate, options.threads);
+    if (!spread.levels) choice.preconditioner = by_entries(spread.traits);
+    if (choice.preconditioner == Preconditioner::TwinMultigrid)
+      spread.twin = twin_of(mine, *system, points, numbers, options.threads);
+  }
   system->take_matrix();
   system->take_points();
   solver.emplace(comm, std::move(spread), choice, options);

@@ -46,7 +46,7 @@ Solver::Solver(MPI_Comm comm, SpreadSystem system, const Choice& choice,
     check(MatDiagonalScale(A_.get(), r_.get(), nullptr));
     if (twin_) check(MatDiagonalScale(twin_.get(), r_.get(), nullptr));
   }
-  iterates(choice_.method) ? set_up_krylov(system.walls, system.traits) : factorise();
+  iterates(choice_.method) ? set_up_krylov(system) : factorise();
 }
 
 void Solver::multiply(const VectorView& x, DenseVector& y) {
@@ -89,15 +89,21 @@ SolveReport Solver::solve(const VectorView& b, DenseVector& x) {
   return result;
 }
 
-void Solver::set_up_krylov(const std::vector<int>& walls, const Traits& traits) {
+void Solver::set_up_krylov(SpreadSystem& system) {
   if (has_option("-ksp_type") || has_option("-pc_type")) {
     choice_.reason = "as asked by PETSc's options";
     choice_.provisional = false;
   }
   PC pc = new_solver(choice_.conjugate ? KSPCG : KSPBCGS);
+  if (system.levels) {
+    multigrid_.emplace(comm_, A_.get(), std::move(*system.levels), scale_, options_.threads);
+    set_shell(pc, [this](Vec r, Vec z) { multigrid_->apply(r, z); });
+    return finish();
+  }
+  const Traits& traits = system.traits;
   const Defaults defaults(
       std::span<const Option>(for_long_rows).first(traits.dimension == 3 ? 4 : 3));
-  if (!has_option("-pc_type") && traits.walls) pc = corrected_at_walls(pc, walls);
+  if (!has_option("-pc_type") && traits.walls) pc = corrected_at_walls(pc, system.walls);
   if (choice_.preconditioner == Preconditioner::Diagonal) {
     check(PCSetType(pc, PCJACOBI));
   } else {
@@ -118,22 +124,27 @@ PC Solver::corrected_at_walls(PC outer, const std::vector<int>& walls) {
   check(PCCreate(comm_, &inner));
   inner_.reset(inner);
   check(PCSetOperators(inner, A_.get(), twin_ ? twin_.get() : A_.get()));
-  check(PCSetType(outer, PCSHELL));
-  check(PCShellSetContext(outer, this));
-  check(PCShellSetApply(outer, [](PC shell, Vec r, Vec z) -> PetscErrorCode {
+  set_shell(outer, [this](Vec r, Vec z) {
+    check(PCApply(inner_.get(), r, z));
+    walls_->correct(r, z);
+  });
+  return inner;
+}
+
+void Solver::set_shell(PC pc, std::function<void(Vec, Vec)> apply) {
+  apply_ = std::move(apply);
+  check(PCSetType(pc, PCSHELL));
+  check(PCShellSetContext(pc, this));
+  check(PCShellSetApply(pc, [](PC shell, Vec r, Vec z) -> PetscErrorCode {
     void* self;
-    PetscErrorCode code = PCShellGetContext(shell, &self);
-    if (code != 0) return code;
+    if (const PetscErrorCode code = PCShellGetContext(shell, &self); code != 0) return code;
     try {
-      const auto& solver = *static_cast<const Solver*>(self);
-      check(PCApply(solver.inner_.get(), r, z));
-      solver.walls_->correct(r, z);
+      static_cast<const Solver*>(self)->apply_(r, z);
     } catch (const std::exception&) {
       return PETSC_ERR_LIB;
     }
     return 0;
   }));
-  return inner;
 }
 
 void Solver::factorise() {
@@ -161,6 +172,7 @@ PC Solver::new_solver(KSPType type) {
   check(KSPGetPC(ksp, &pc));
   inner_.reset();
   walls_.reset();
+  multigrid_.reset();
   return pc;
 }
 
@@ -219,7 +231,8 @@ void Solver::describe() {
   report_.iterates = iterates(method);
   report_.description =
       iterates(method)
-          ? words(solver) + " preconditioned by " + words(preconditioner) + where
+          ? words(solver) + " preconditioned by " +
+                (multigrid_ ? multigrid_->description() : words(preconditioner)) + where
           : (method == Method::Lu ? "LU" : "Cholesky") + std::string(" by MUMPS") + where;
   report_.reason = choice_.reason;
   PetscInt unknowns;

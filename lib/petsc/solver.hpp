@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
+#include "petsc/multigrid.hpp"
 #include "petsc/walls.hpp"
 #include "solve/choice.hpp"
 
@@ -11,10 +13,11 @@ namespace gradpsi::petsc {
 /// A system whose rows are spread over processes.
 struct SpreadSystem {
   Handle<Mat> A;
-  Handle<Mat> twin = {};   // what multigrid is made of; null: A itself
-  DenseVector volumes;     // of this process's rows' points
-  std::vector<int> walls;  // those of its rows that hold a boundary condition
-  Traits traits;           // of the whole
+  Handle<Mat> twin = {};                 // what BoomerAMG is made of; null: A itself
+  std::optional<RowLevels> levels = {};  // multigrid's on the points, if it is to be used
+  DenseVector volumes;                   // of this process's rows' points
+  std::vector<int> walls;                // those of its rows that hold a boundary condition
+  Traits traits;                         // of the whole
 };
 
 /// A x = b, solved by PETSc; what gradpsi::LinearSolver is on one machine.
@@ -36,8 +39,9 @@ class Solver {
     double residual, b;
   };
 
-  void set_up_krylov(const std::vector<int>& walls, const Traits& traits);
+  void set_up_krylov(SpreadSystem& system);
   PC corrected_at_walls(PC outer, const std::vector<int>& walls);
+  void set_shell(PC pc, std::function<void(Vec, Vec)> apply);
   void factorise();
   PC new_solver(KSPType type);
   void finish();
@@ -55,8 +59,10 @@ class Solver {
   Choice choice_;
   DenseVector scale_;  // of rows: the points' volumes if that makes A symmetric, or 1
   Handle<Vec> b_, x_, r_;
+  std::optional<Multigrid> multigrid_;
   std::optional<WallCorrection> walls_;
-  Owned<PC> inner_;  // what that corrects
+  Owned<PC> inner_;                      // what that corrects
+  std::function<void(Vec, Vec)> apply_;  // z = about A^-1 r
   Handle<KSP> ksp_;
   SolverReport report_;
 };

@@ -21,6 +21,9 @@ class WallCorrection {
   /// @param walls  among this process's rows
   WallCorrection(MPI_Comm comm, Mat A, const std::vector<int>& walls);
 
+  /// Whether it has an effect: the rows are not singular.
+  explicit operator bool() const { return ksp_ != nullptr; }
+
   /// Makes z meet the boundary conditions, given the residuals r.
   void correct(Vec r, Vec z) const;
 

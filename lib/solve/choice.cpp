@@ -17,27 +17,20 @@ constexpr double many = 90;  // the diagonal's iterations, above which BoomerAMG
 constexpr int patience = 1'000;  // iterations until LU takes over
 constexpr int soon = 100;        // of multigrid, which converges in a few or not at all
 
-Preconditioner multigrid(const Traits& traits) {
-  if (!traits.spread) return Preconditioner::Points;
-  // The twin is worth its making where the matrix has long rows or rows that multigrid cannot use.
-  return traits.dimension == 3 || traits.walls ? Preconditioner::TwinMultigrid
-                                               : Preconditioner::Multigrid;
-}
-
 bool is_among(const std::vector<Refusal>& refused, Method method) {
   return std::ranges::find(refused, method, &Refusal::method) != refused.end();
 }
 
 Preconditioner preconditioner(const Traits& traits, Method method,
                               const std::vector<Refusal>& refused) {
-  if (method == Method::Multigrid) return multigrid(traits);
+  if (method == Method::Multigrid) return Preconditioner::Points;
   if (is_among(refused, Method::Multigrid) || !traits.has_volumes())
     return Preconditioner::Diagonal;
   const double diagonal = iterations_by_diagonal(traits);
   const bool worth =
       traits.spread ? diagonal > many
                     : row_of(Method::Multigrid).cost(traits) < row_of(Method::Krylov).cost(traits);
-  return worth ? multigrid(traits) : Preconditioner::Diagonal;
+  return worth ? Preconditioner::Points : Preconditioner::Diagonal;
 }
 
 /// "the matrix is .., of .. unknowns, .."
@@ -96,6 +89,12 @@ int most_iterations(const Choice& choice, const SolverOptions& options) {
   if (!choice.provisional) return options.max_iterations;
   return std::min(options.max_iterations,
                   choice.preconditioner == Preconditioner::Points ? soon : patience);
+}
+
+Preconditioner by_entries(const Traits& traits) {
+  // The twin is worth its making where the matrix has long rows or rows that multigrid cannot use.
+  return traits.dimension == 3 || traits.walls ? Preconditioner::TwinMultigrid
+                                               : Preconditioner::Multigrid;
 }
 
 double iterations_by_diagonal(const Traits& traits) {

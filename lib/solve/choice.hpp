@@ -36,6 +36,9 @@ struct Refusal {
 /// @throws InvalidInput  if Cholesky is asked for and the matrix is not symmetric
 Choice choose(const Traits& traits, Method asked, const std::vector<Refusal>& refused = {});
 
+/// What serves by BoomerAMG where multigrid on the points cannot.
+Preconditioner by_entries(const Traits& traits);
+
 /// The iterations that conjugate gradients with the diagonal would take to a relative residual of 1e-8: they grow
 /// with a step's reach, sqrt(dt nu), until that is the whole domain. NaN without volumes.
 double iterations_by_diagonal(const Traits& traits);

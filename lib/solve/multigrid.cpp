@@ -13,7 +13,6 @@
 namespace gradpsi {
 namespace {
 
-constexpr int most_together = 2'000;  // rows that a factor may have, or a tenth of all
 constexpr int chunk = 4096;
 
 template <class F>
@@ -100,8 +99,7 @@ void Multigrid::prepare_weak_rows(const LinearSystem& system) {
     if (is_weak_[i])
       for (SparseMatrix::InnerIterator a(system.A, i); a; ++a) among[a.col()] = true;
   const auto count = std::ranges::count(among, true);
-  if (count > std::max<std::int64_t>(most_together, system.size() / 10))
-    throw NoHierarchy(words_of_weak_rows(system));
+  if (count > most_weak_rows(system.size())) throw NoHierarchy(words_of_weak_rows(system));
   std::vector<int> rows;
   if (weak_count_ > 0)
     for (const int i : system.points.walls) among[i] = true;

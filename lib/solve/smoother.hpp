@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include "gradpsi/dense.hpp"
@@ -15,5 +17,10 @@ struct Smoother {
 };
 /// @param diagonal  the column of each row's diagonal entry
 Smoother smoother(const SparseMatrix& A, const std::vector<int>& diagonal, int threads);
+
+/// How many rows a factor of the weak ones and their neighbours may have, of n.
+constexpr std::int64_t most_weak_rows(std::int64_t n) {
+  return std::max<std::int64_t>(2'000, n / 10);
+}
 
 }  // namespace gradpsi
