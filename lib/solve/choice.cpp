@@ -13,7 +13,8 @@ namespace gradpsi {
 namespace {
 
 // Measured in benchmarks/README.md.
-constexpr double many = 90;  // the diagonal's iterations, above which BoomerAMG is worth its set-up
+constexpr double many =
+    90;  // the diagonal's iterations, above which multigrid is worth its set-up on processes
 constexpr int patience = 1'000;  // iterations until LU takes over
 constexpr int soon = 100;        // of multigrid, which converges in a few or not at all
 
