@@ -146,16 +146,17 @@ Cloud column_points(const Cloud& cloud, const VectorView& volumes,
 
 /// Of the whole system, with its matrix in PETSc's form.
 Traits traits_of(const Subdomain& mine, const DiffusionSystem& system, const Cloud& points,
-                 const Numbering& numbers, Mat A, int threads) {
+                 const Numbering& numbers, Mat A, const SolverOptions& options) {
   const MPI_Comm comm = mine.partition().comm();
-  const RowTraits rows = row_traits(system.matrix(), points, numbers.diagonal, threads);
+  const RowTraits rows = row_traits(system.matrix(), points, numbers.diagonal, options.threads);
   return {.unknowns = numbers.size,
           .dimension = points.dimension(),
           .symmetric = is_symmetric(A, system.points().cloud.volumes()),
           .dominant = !anywhere(comm, !rows.dominant),
           .walls = anywhere(comm, !system.points().walls.empty()),
           .spread = true,
-          .stiffness = median(comm, rows.stiffness)};
+          .stiffness = median(comm, rows.stiffness),
+          .solves = expected_solves(options)};
 }
 
 /// The compact twin of the system's matrix, see twin.hpp.
@@ -274,7 +275,9 @@ ImplicitDiffusion::State::State(const Subdomain& mine, Operator&& laplacian,
     });
   });
   check_floating(mine, *system);
-  set_up(points, numbers, options.solver);
+  SolverOptions solver_options = options.solver;
+  if (std::isinf(options.time_step) && solver_options.solves == 0) solver_options.solves = 1;
+  set_up(points, numbers, solver_options);
   for (DenseVector* v : {&product, &rhs, &solution}) v->resize(std::ssize(system->rows()));
 }
 
@@ -286,7 +289,7 @@ void ImplicitDiffusion::State::set_up(const Cloud& points, const Numbering& numb
                       .volumes = system->points().cloud.volumes(),
                       .walls = system->points().walls,
                       .traits = {}};
-  spread.traits = traits_of(mine, *system, points, numbers, spread.A.get(), options.threads);
+  spread.traits = traits_of(mine, *system, points, numbers, spread.A.get(), options);
   Choice choice = choose(spread.traits, options.method);
   if (iterates(choice.method) && choice.preconditioner == Preconditioner::Points &&
       !has_option("-pc_type")) {

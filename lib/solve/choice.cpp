@@ -12,9 +12,6 @@
 namespace gradpsi {
 namespace {
 
-// Measured in benchmarks/README.md.
-constexpr double many =
-    90;  // the diagonal's iterations, above which multigrid is worth its set-up on processes
 constexpr int patience = 1'000;  // iterations until LU takes over
 constexpr int soon = 100;        // of multigrid, which converges in a few or not at all
 
@@ -27,11 +24,9 @@ Preconditioner preconditioner(const Traits& traits, Method method,
   if (method == Method::Multigrid) return Preconditioner::Points;
   if (is_among(refused, Method::Multigrid) || !traits.has_volumes())
     return Preconditioner::Diagonal;
-  const double diagonal = iterations_by_diagonal(traits);
-  const bool worth =
-      traits.spread ? diagonal > many
-                    : row_of(Method::Multigrid).cost(traits) < row_of(Method::Krylov).cost(traits);
-  return worth ? Preconditioner::Points : Preconditioner::Diagonal;
+  return row_of(Method::Multigrid).cost(traits) < row_of(Method::Krylov).cost(traits)
+             ? Preconditioner::Points
+             : Preconditioner::Diagonal;
 }
 
 /// "the matrix is .., of .. unknowns, .."
@@ -46,10 +41,8 @@ std::string description(const Traits& traits) {
     text += ", steady";
   else if (traits.has_volumes())
     text += ", with dt nu / dx^2 = " + rounded(traits.stiffness);
-  if (!traits.spread)
-    text += traits.solves == 1 ? ", to be solved once"
-                               : ", to be solved " + std::to_string(traits.solves) + " times";
-  return text;
+  return text + (traits.solves == 1 ? ", to be solved once"
+                                    : ", to be solved " + std::to_string(traits.solves) + " times");
 }
 
 std::string reason(Method method, const Traits& traits, const std::vector<Refusal>& refused) {

@@ -51,7 +51,7 @@ double krylov_cost(const Traits& traits) {
 }
 
 double multigrid_cost(const Traits& traits) {
-  if (!traits.has_volumes() || traits.spread) return infinite;
+  if (!traits.has_volumes()) return infinite;
   const bool long_rows = traits.dimension == 3;
   const double set_up = long_rows ? 35 : 50, solve = long_rows ? 35 : 60;
   return set_up + traits.solves * solve;

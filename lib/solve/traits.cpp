@@ -50,7 +50,7 @@ Traits traits(const LinearSystem& system) {
                 .dominant = is_dominant(A, {}, threads),
                 .reversed = !reversed_rows(A).empty(),
                 .walls = !points.walls.empty(),
-                .solves = system.options.solves > 0 ? system.options.solves : 100};
+                .solves = expected_solves(system.options)};
   if (points.cloud.has_volumes())
     result.stiffness =
         median(row_stiffness(A, points.cloud, system.diagonal(), system.diffusivities, threads));

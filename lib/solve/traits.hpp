@@ -30,6 +30,11 @@ struct Traits {
   bool has_volumes() const { return !std::isnan(stiffness); }
 };
 
+/// As many solves as are expected where nobody says.
+inline int expected_solves(const SolverOptions& options) {
+  return options.solves > 0 ? options.solves : 100;
+}
+
 /// Of a system whose rows are all here.
 Traits traits(const LinearSystem& system);
 

@@ -58,7 +58,7 @@ TEST(Choice, FactorisesNoSystemThatIsSpreadUnasked) {
                           .symmetric = symmetric,
                           .spread = true,
                           .stiffness = 1e4};
-      EXPECT_EQ(choose(traits, Method::Auto).method, Method::Krylov);
+      EXPECT_TRUE(iterates(choose(traits, Method::Auto).method));
     }
 }
 
