@@ -193,11 +193,20 @@ std::vector<int> weak_rows(const Subdomain& mine, const DiffusionSystem& system,
   return result;
 }
 
+/// Whether coarser levels that each process makes and solves by itself are worth it: beside them, its share of the
+/// finest one must not be too small. By the times of one and two processes in benchmarks/README.md, carried on.
+bool worth_by_each(MPI_Comm comm, int dimension, std::int64_t unknowns) {
+  constexpr std::int64_t most_unknowns =
+      100'000'000;  // of which a process holds some 60 bytes each
+  return processes(comm) <= (dimension == 3 ? 64 : 8) && unknowns <= most_unknowns;
+}
+
 /// The levels of multigrid on the points; none where there can be none.
 std::optional<RowLevels> levels_of(const Subdomain& mine, const DiffusionSystem& system,
                                    const Cloud& points, const Numbering& numbers, bool symmetric,
                                    int threads) try {
   const MPI_Comm comm = mine.partition().comm();
+  if (!worth_by_each(comm, points.dimension(), numbers.size)) return {};
   const SparseMatrix& A = system.matrix();
   const SystemPoints& rows = system.points();
   Smoother own = smoother(A, numbers.diagonal, threads);
