@@ -56,11 +56,11 @@ std::vector<Handle<Mat>> matrices(const Subdomain& mine, const Operator& op);
 /// gradpsi::ImplicitDiffusion on PETSc's matrices and solvers.
 ///
 /// Method::Auto takes conjugate gradients if the matrix is symmetric after scaling by volume and diagonally
-/// dominant, else BiCGSTAB, preconditioned by the diagonal while steps are short and by multigrid on the points beyond;
-/// Method::Cholesky and Method::Lu are MUMPS's. Options of PETSc's database go before what Auto and Krylov
+/// dominant, else BiCGSTAB, preconditioned by the diagonal while steps are short and by multigrid on the points
+/// beyond; Method::Cholesky and Method::Lu are MUMPS's. Options of PETSc's database go before what Auto and Krylov
 /// choose (-ksp_type, -pc_type, ..), -ksp_rtol and -ksp_max_it before the solver's tolerance and
-/// max_iterations. If what Auto chose does not converge in 1,000 iterations (100 with multigrid), LU takes over, unless -ksp_type
-/// or -pc_type was given.
+/// max_iterations. If what Auto chose does not converge in 1,000 iterations (100 with multigrid), LU takes over,
+/// unless -ksp_type or -pc_type was given.
 class ImplicitDiffusion {
  public:
   /// @param mine        own points and halo, which must outlive this

@@ -26,10 +26,11 @@ struct Coincidences {
   std::vector<int> points;  // ascending
   int first_partner = 0;    // the first point's
 };
-Coincidences coincidences(const Cloud& cloud);
+[[gnu::visibility("default")]] Coincidences coincidences(
+    const Cloud& cloud);  // gradpsi::petsc calls it, too
 /// The first one's words for messages, with how many points of how many coincide with an earlier one.
-std::string words(const Coincidences& found, const Cloud& cloud, std::int64_t count,
-                  std::int64_t all);
+[[gnu::visibility("default")]] std::string words(const Coincidences& found, const Cloud& cloud,
+                                                 std::int64_t count, std::int64_t all);
 
 /// The way along an axis, in a periodic one (box > 0) to the nearest image.
 inline double to_nearest_image(double r, double box) {

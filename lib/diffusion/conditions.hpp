@@ -14,7 +14,7 @@ std::string at_point(const Cloud& cloud, int i);
 /// Throw InvalidInput unless numbers are in their ranges and sizes those of the cloud.
 void check_time_step(double time_step, double theta);
 /// For a damped step.
-void check_damping(double theta);
+[[gnu::visibility("default")]] void check_damping(double theta);  // gradpsi::petsc calls it, too
 void check(const DiffusionOptions& options, int points);
 void check(const Cloud& cloud, const Operator& laplacian);
 void check(const BoundaryConditions& conditions, const Cloud& cloud);
@@ -27,6 +27,7 @@ SparseMatrix wall_rows(const WallConditions& walls, int points);
 double size_of_row(const SparseMatrix& rows, int k, const Cloud& cloud, int point);
 
 /// How two solves went, one after the other.
-SolveReport both(const SolveReport& first, const SolveReport& second);
+[[gnu::visibility("default")]] SolveReport both(const SolveReport& first,
+                                                const SolveReport& second);
 
 }  // namespace gradpsi

@@ -193,20 +193,20 @@ std::vector<int> weak_rows(const Subdomain& mine, const DiffusionSystem& system,
   return result;
 }
 
-/// Whether coarser levels that each process makes and solves by itself are worth it: beside them, its share of the
-/// finest one must not be too small. By the times of one and two processes in benchmarks/README.md, carried on.
-bool worth_by_each(MPI_Comm comm, int dimension, std::int64_t unknowns) {
-  constexpr std::int64_t most_unknowns =
-      100'000'000;  // of which a process holds some 60 bytes each
-  return processes(comm) <= (dimension == 3 ? 64 : 8) && unknowns <= most_unknowns;
+/// Coarser levels that each process makes and solves by itself are worth it while its share of the finest one is not
+/// too small beside them: by the times of one and two processes in benchmarks/README.md, carried on.
+void check_worth(MPI_Comm comm, int dimension, std::int64_t unknowns) {
+  constexpr std::int64_t most_unknowns = 100'000'000;  // a process holds some 60 bytes of each
+  if (processes(comm) > (dimension == 3 ? 64 : 8) || unknowns > most_unknowns)
+    throw NoHierarchy("there are too many processes or unknowns");
 }
 
-/// The levels of multigrid on the points; none where there can be none.
-std::optional<RowLevels> levels_of(const Subdomain& mine, const DiffusionSystem& system,
-                                   const Cloud& points, const Numbering& numbers, bool symmetric,
-                                   int threads) try {
+/// The levels of multigrid on the points.
+/// @throws NoHierarchy  in all processes: where there can be none
+RowLevels levels_of(const Subdomain& mine, const DiffusionSystem& system, const Cloud& points,
+                    const Numbering& numbers, bool symmetric, int threads) {
   const MPI_Comm comm = mine.partition().comm();
-  if (!worth_by_each(comm, points.dimension(), numbers.size)) return {};
+  check_worth(comm, points.dimension(), numbers.size);
   const SparseMatrix& A = system.matrix();
   const SystemPoints& rows = system.points();
   Smoother own = smoother(A, numbers.diagonal, threads);
@@ -223,8 +223,6 @@ std::optional<RowLevels> levels_of(const Subdomain& mine, const DiffusionSystem&
                 left_out, others, threads);
   return row_levels(
       comm, {rows.cloud, std::move(medium), std::move(own), rows.walls, std::move(weak)}, threads);
-} catch (const NoHierarchy&) {
-  return {};
 }
 
 void check_arguments(const Subdomain& mine, const Operator& laplacian,
@@ -302,8 +300,12 @@ void ImplicitDiffusion::State::set_up(const Cloud& points, const Numbering& numb
   Choice choice = choose(spread.traits, options.method);
   if (iterates(choice.method) && choice.preconditioner == Preconditioner::Points &&
       !has_option("-pc_type")) {
-    spread.levels = levels_of(mine, *system, points, numbers, choice.conjugate, options.threads);
-    if (!spread.levels) choice.preconditioner = by_entries(spread.traits);
+    try {
+      spread.levels = levels_of(mine, *system, points, numbers, choice.conjugate, options.threads);
+    } catch (const NoHierarchy& why) {
+      choice.preconditioner = by_entries(spread.traits);
+      choice.reason += std::string(", and for multigrid on the points ") + why.what();
+    }
     if (choice.preconditioner == Preconditioner::TwinMultigrid)
       spread.twin = twin_of(mine, *system, points, numbers, options.threads);
   }

@@ -51,6 +51,10 @@ double bytes_of(const SingleSparseMatrix& A) { return 8.0 * A.nonZeros() + 4.0 *
 
 }  // namespace
 
+// Here, where what they need of a factor is to be seen.
+CoarseCycle::CoarseCycle() = default;
+CoarseCycle::~CoarseCycle() = default;
+
 void CoarseCycle::make(std::vector<CoarseLevel> levels, const CycleOptions& options) {
   options_ = options;
   levels_.clear();

@@ -11,7 +11,7 @@ namespace gradpsi {
 /// What cycles over coarser levels need to know beside these.
 struct CycleOptions {
   bool floats;    // constants are in the null space of all levels' matrices
-  double memory;  // bytes that the coarsest level's factor may take; 0: no limit
+  double memory;  // bytes that the coarsest level's factor may take
   int threads;
 };
 
@@ -19,6 +19,9 @@ struct CycleOptions {
 /// as the smoother and a factor of the coarsest level. Symmetric and positive definite.
 class [[gnu::visibility("default")]] CoarseCycle {
  public:
+  CoarseCycle();
+  ~CoarseCycle();
+
   void make(std::vector<CoarseLevel> levels, const CycleOptions& options);
   /// For another medium on the same points; see renew() of hierarchy.hpp.
   void renew(const MediumChange& change, double scale, const CycleOptions& options);

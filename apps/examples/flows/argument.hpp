@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -13,8 +14,8 @@ Number argument(const std::string& name, std::string_view word, Number least) {
   const char* const end = word.data() + word.size();
   const auto [read, error] = std::from_chars(word.data(), end, x);
   if (error == std::errc() && read == end && x >= least) return x;
-  const bool whole = Number(0.5) == 0;
-  throw std::invalid_argument(name + " must be a " + (whole ? "whole " : "") +
-                              "number of at least " + std::to_string(least) + ", not '" +
-                              std::string(word) + "'");
+  std::ostringstream text;
+  text << name << " must be a " << (Number(0.5) == 0 ? "whole " : "") << "number of at least "
+       << least << ", not '" << word << "'";
+  throw std::invalid_argument(text.str());
 }
