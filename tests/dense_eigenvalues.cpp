@@ -5,8 +5,12 @@
 namespace gradpsi {
 
 Eigen::VectorXd dense_eigenvalues(const Eigen::MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly)
-      .eigenvalues();
+  // In one call Eigen's solver instantiates the vectors, too, which takes long to compile.
+  const Eigen::Tridiagonalization<Eigen::MatrixXd> tridiagonal(symmetric);
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(tridiagonal.diagonal(), tridiagonal.subDiagonal(),
+                                Eigen::EigenvaluesOnly);
+  return solver.eigenvalues();
 }
 
 }  // namespace gradpsi
