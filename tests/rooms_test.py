@@ -17,7 +17,7 @@ BELOW = {
     "cloud": ["base"],
     "schemes": ["base"],
     "matrix": ["base"],
-    "values": ["base"],
+    "values": ["schemes"],
     "search": ["cloud"],
     "operators": ["search", "schemes", "values"],
     "calculus": ["matrix", "values"],
@@ -25,17 +25,18 @@ BELOW = {
     "solve": ["multigrid"],
     "diffusion": ["solve", "values"],
     "diagnosis": ["cloud", "schemes", "matrix", "values"],
+    "tolerance": ["operators", "diagnosis"],
     "io": ["cloud", "matrix"],
     "petsc": ["operators", "diffusion", "diagnosis", "io"],
     "python": ["all"],
-    "all": ["operators", "calculus", "diffusion", "diagnosis", "io"],
+    "all": ["operators", "calculus", "diffusion", "diagnosis", "tolerance", "io"],
 }
 PUBLIC = {
     "error": "base", "dense": "base", "matrix": "base",
     "cloud": "cloud", "neighbours": "search", "kernel": "schemes",
     "scheme": "schemes", "classification": "schemes", "cited": "schemes", "operator": "values", "assemble": "operators", "interpolate": "operators", "spmv": "matrix", "solver": "solve", "solver_options": "solve",
     "vector_calculus": "calculus",
-    "walls": "operators", "diffusion": "diffusion", "poisson": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "io": "io", "table": "io",
+    "walls": "operators", "diffusion": "diffusion", "poisson": "diffusion", "system": "diffusion", "rows": "diagnosis", "spectrum": "diagnosis", "tolerance": "tolerance", "io": "io", "table": "io",
     "petsc": "petsc", "petsc_partition": "petsc", "gradpsi": "all",
 }
 # Headers of others, and the only file that includes them; None: any one file.

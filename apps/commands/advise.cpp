@@ -32,13 +32,7 @@ void check(const AdviseOptions& options, const Points& points) {
 
 /// As asked for, or the extent of the points, that of the box where it is periodic.
 double wavelength(const AdviseOptions& options, const Cloud& cloud, double spacing) {
-  double extent = 0;
-  for (int a = 0; a < cloud.dimension(); ++a) {
-    const auto x = cloud.positions().col(a);
-    const double period = cloud.box()[a];
-    extent = std::max(extent, period > 0 ? period : x.maxCoeff() - x.minCoeff());
-  }
-  const double length = options.wavelength.value_or(extent);
+  const double length = options.wavelength.value_or(longest_wave(cloud));
   if (!(length > 0 && std::isfinite(length)))
     throw InvalidInput("--wavelength must be > 0 and finite, not " + text(length));
   if (length < 2 * spacing)

@@ -1,6 +1,7 @@
 // gradpsi assemble: a scheme's matrices on the points of a file, as Matrix Market.
 
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "common/outputs.hpp"
@@ -25,7 +26,8 @@ std::vector<path> matrix_files(const path& output, const Scheme& scheme, const s
   return files;
 }
 
-void run(const OperatorOptions& options, const path& output) {
+void run(OperatorOptions options, const std::optional<std::string>& what, const path& output) {
+  settle(options, what);
   const Scheme scheme = options.scheme;
   Report report;
   Problem problem = read_problem(options, report);
@@ -41,7 +43,9 @@ void run(const OperatorOptions& options, const path& output) {
 std::function<void()> declare_assemble(Options& options) {
   auto wanted = std::make_shared<OperatorOptions>();
   auto output = std::make_shared<path>();
+  auto what = std::make_shared<std::optional<std::string>>();
   wanted->declare(options);
+  declare_derivative(options, *what);
   options
       .file("-o", *output, "OUT.mtx",
             "Where to; a gradient writes OUT_x.mtx, OUT_y.mtx and OUT_z.mtx,\n"
@@ -50,7 +54,7 @@ std::function<void()> declare_assemble(Options& options) {
   options.examples(
       "Example: gradpsi assemble points.csv --scheme gradient-direct-foc --support-ratio 3 -o "
       "grad.mtx");
-  return [=] { run(*wanted, *output); };
+  return [=] { run(*wanted, *what, *output); };
 }
 
 }  // namespace gradpsi::apps

@@ -129,6 +129,13 @@ const Quantity& quantity(const std::string& wanted, const Scheme& scheme) {
                                  "-...");
 }
 
+const Quantity& quantity(const std::string& wanted) {
+  const auto found = std::ranges::find(table, wanted, &Quantity::name);
+  if (found == std::end(table))
+    throw BadUsage("--what", "--tolerance needs it: gradient, laplacian, divergence, ..");
+  return *found;
+}
+
 std::vector<std::string> field_names(const std::string& list) {
   std::vector<std::string> names;
   for (const std::string& name : listed("--field", list)) {

@@ -28,6 +28,10 @@ std::vector<std::string> quantity_names();
 /// @throws BadUsage  if the scheme approximates another derivative, naming some of the right one
 const Quantity& quantity(const std::string& name, const Scheme& scheme);
 
+/// The row of that name, where no scheme says what is approximated.
+/// @throws BadUsage  without a name
+const Quantity& quantity(const std::string& name);
+
 /// The columns of a list "vx,vy".
 /// @throws BadUsage  if a name is missing or there twice
 std::vector<std::string> field_names(const std::string& list);

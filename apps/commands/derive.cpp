@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "commands.hpp"
 #include "commands/derivatives.hpp"
@@ -45,6 +46,7 @@ void assemble_wanted(const DeriveOptions& options, const std::optional<std::vect
   try {
     assemble(options, problem, report, rows);
   } catch (const StencilError& error) {
+    if (options.tolerance) throw;
     AssemblyOptions assembly = assembly_options(options, problem.table);
     assembly.on_degenerate = OnDegenerate::Zero;
     assembly.rows = rows;
@@ -64,7 +66,14 @@ void run_at(const DeriveOptions& options, const Quantity& what,
                    [&] { write_table(options.output, probes.table); });
 }
 
-void run(const DeriveOptions& options) {
+void run(DeriveOptions options) {
+  if (options.tolerance) {
+    for (const auto& [given, option] :
+         {std::pair{!options.at.empty(), "--at"}, std::pair{!options.rows.empty(), "--rows"}})
+      if (given) throw BadUsage(option, "is for a scheme, not for rows chosen to a tolerance");
+    options.settle(std::string(name(quantity(options.what).derivative)));
+  }
+  options.settle("");
   const Scheme scheme = options.scheme;
   const Quantity& what = quantity(options.what, scheme);
   if (options.at.empty() && scheme.derivative == Derivative::Value)
@@ -131,6 +140,8 @@ std::function<void()> declare_derive(Options& options) {
       .required();
   options.examples(
       "Examples:\n"
+      "  gradpsi derive points.csv --field T --what laplacian --tolerance 0.05 -o "
+      "lap.vtu\n"
       "  gradpsi derive points.csv --field T --scheme laplacian-mixed-soc --support-ratio 3 -o "
       "lap.vtu\n"
       "  gradpsi derive points.csv --field vx,vy --what curl --scheme gradient-ls-2 -o curl.vtu\n"

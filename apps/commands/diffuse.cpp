@@ -64,7 +64,8 @@ void say_before(const Machine& machine, const Diffusion& heat) {
               << '\n';
 }
 
-void run(const DiffuseOptions& options, Machine& machine) {
+void run(DiffuseOptions options, Machine& machine) {
+  options.settle("laplacian");
   options.check();
   const path result = result_file(options, machine), picture = options.beside(".png");
   std::vector<path> files = machine.parts(result);

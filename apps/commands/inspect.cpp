@@ -2,6 +2,7 @@
 
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "commands.hpp"
@@ -15,6 +16,7 @@ namespace gradpsi::apps {
 namespace {
 
 struct InspectOptions : ConditionOptions {
+  std::optional<std::string> what;
   bool spectrum = false;
   std::filesystem::path output;
 };
@@ -38,7 +40,7 @@ Stepped assemble_with_walls(const InspectOptions& options, Problem& problem, Rep
   const auto machine = one_process(problem);
   BoundaryConditions conditions = conditions_of(options, *machine);
   machine->find_neighbours(options, report);
-  problem.op = laplacian(options, *machine, conditions, report);
+  problem.op = laplacian(options, *machine, conditions, false, report);
   Operator with_walls = problem.op;
   const std::vector<int> walls = conditions.walls.points;
   std::vector<std::string> remarks;
@@ -50,7 +52,8 @@ Stepped assemble_with_walls(const InspectOptions& options, Problem& problem, Rep
   return result;
 }
 
-void run(const InspectOptions& options) {
+void run(InspectOptions options) {
+  settle(options, options.what);
   options.check_gradient();
   const bool writes = !options.output.empty();
   check_outputs(options,
@@ -76,6 +79,7 @@ void run(const InspectOptions& options) {
 std::function<void()> declare_inspect(Options& options) {
   auto wanted = std::make_shared<InspectOptions>();
   wanted->declare(options);
+  declare_derivative(options, wanted->what);
   options
       .text("--fixed", wanted->fixed, "COLUMN",
             "Points where this column is not 0 keep their value: steps are judged by the\n"

@@ -91,11 +91,17 @@ Operator with_needed_rows(const Scheme& scheme, Machine& machine, AssemblyOption
 }  // namespace
 
 Operator laplacian(const ConditionOptions& options, Machine& machine,
-                   const BoundaryConditions& conditions, Report& report) {
+                   const BoundaryConditions& conditions, bool stable, Report& report) {
   Stopwatch watch;
   std::vector<int> unused = conditions.fixed.points;
   unused.insert(unused.end(), conditions.walls.points.begin(), conditions.walls.points.end());
   Operator op;
+  if (options.tolerance) {
+    std::ranges::sort(unused);
+    op = machine.choose_rows(options, unused, stable);
+    report.seconds.weights = watch.lap();
+    return op;
+  }
   const AssemblyOptions assembly = assembly_options(options, machine.table());
   try {
     op = with_needed_rows(options.scheme, machine, assembly, unused);
@@ -227,7 +233,7 @@ Diffusion set_up(const DiffuseOptions& options, Machine& machine, BoundaryCondit
   const Range around = surroundings(machine, conditions.walls);
   conditions.fixed.points = machine.places(std::move(conditions.fixed.points));
   conditions.walls.points = machine.places(std::move(conditions.walls.points));
-  Operator op = laplacian(options, machine, conditions, report);
+  Operator op = laplacian(options, machine, conditions, true, report);
   Eigen::VectorXd from_walls = set_walls(options, machine, conditions, op, report, remarks);
   Eigen::VectorXd kappa = Eigen::VectorXd::Ones(from_walls.size());
   if (!options.conductivity.empty()) {

@@ -19,8 +19,9 @@ BoundaryConditions conditions_of(const ConditionOptions& options, const Machine&
 
 /// The Laplacian, once neighbours are known. Rows that conditions take the place of may be degenerate, even
 /// where that is an error.
+/// @param stable  whether rows that are chosen to a tolerance are to let no solution grow
 Operator laplacian(const ConditionOptions& options, Machine& machine,
-                   const BoundaryConditions& conditions, Report& report);
+                   const BoundaryConditions& conditions, bool stable, Report& report);
 
 /// Reports the operator with the rows that know the slope at walls. What walls it cannot take up remain in
 /// `conditions`, with a gradient; all of them if the options say so.

@@ -62,6 +62,10 @@ class Machine {
   virtual void find_neighbours(const OperatorOptions& options, Report& report) = 0;
   /// What operators and conditions call the points.
   virtual std::vector<int> places(std::vector<int> points) const { return points; }
+  /// See apps::choose_rows().
+  virtual Operator choose_rows(const OperatorOptions&, const std::vector<int>&, bool) {
+    throw BadUsage("--tolerance", "is for one process");
+  }
   virtual Operator assemble(const Scheme& scheme, const AssemblyOptions& options) = 0;
   /// Throws for degenerate rows that are not of these points.
   virtual void require(const Scheme& scheme, const Operator& op,

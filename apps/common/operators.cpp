@@ -6,7 +6,9 @@
 #include <cmath>
 #include <gradpsi/neighbours.hpp>
 #include <gradpsi/scheme.hpp>
+#include <gradpsi/tolerance.hpp>
 #include <iostream>
+#include <utility>
 
 #include "common/anisotropy.hpp"
 #include "common/median.hpp"
@@ -17,7 +19,8 @@ namespace gradpsi::apps {
 
 void OperatorOptions::declare(Options& options) {
   declare_points(options);
-  options.text("--scheme", scheme, "NAME", "One of those that `gradpsi schemes` lists").required();
+  const Option named =
+      options.text("--scheme", scheme, "NAME", "One of those that `gradpsi schemes` lists");
   const Option absolute = options.number(
       "--support", support, "H", "Support radius h, a length: the kernel is 0 from r = h on");
   const Option relative = options.number(
@@ -32,6 +35,17 @@ void OperatorOptions::declare(Options& options) {
              "Support radius such that each point has N neighbours")
       .excludes(absolute)
       .excludes(relative);
+  const Option accurate = options.number(
+      "--tolerance", tolerance, "E",
+      "In place of a scheme and a support: each row is by the cheapest scheme and support that\n"
+      "are good to E there, the largest error for waves of length L and longer, proved, over\n"
+      "(2 pi / L)^order. Rows that none is good enough for fail; with --on-degenerate lower\n"
+      "they are the best there are, with zero they are zero");
+  const Option shortest =
+      options.number("--wavelength", wavelength, "L",
+                     "The length of the shortest waves that matter [the extent of the points]");
+  Option(accurate).excludes(named).excludes(absolute).excludes(relative);
+  Option(shortest).needs(accurate);
   options.flag("--symmetric-support", symmetric_support,
                "Where supports differ, points count for one another if either is in the support\n"
                "of the other, with the mean of both kernels: zoc matrices stay symmetric");
@@ -43,6 +57,32 @@ void OperatorOptions::declare(Options& options) {
                "The points lie on a surface in 3D: derivatives are those within it, the\n"
                "gradient along it and the Laplace-Beltrami operator; volumes are areas");
   options.file("--report", report, "FILE.json", "Write sizes, times and memory to this JSON file");
+}
+
+void OperatorOptions::settle(const std::string& derivative) {
+  if (!scheme.empty()) return;
+  if (!tolerance) throw BadUsage("--scheme", "is required, or --tolerance");
+  for (const auto& [given, name] :
+       {std::pair{neighbours.has_value(), "--neighbours"}, std::pair{on_surface, "--on-surface"},
+        std::pair{symmetric_support, "--symmetric-support"}})
+    if (given) throw BadUsage(name, "is for a scheme, not for rows that are chosen to a tolerance");
+  if (on_degenerate == "widen")
+    throw BadUsage("--on-degenerate", "rows that miss a tolerance fail, are lowered or zero");
+  scheme = derivative + "-ls-6";
+}
+
+Option declare_derivative(Options& options, std::optional<std::string>& derivative) {
+  return options.choice("--what", derivative, {"gradient", "laplacian", "hessian"}, "NAME",
+                        "With --tolerance: what is assembled");
+}
+
+void settle(OperatorOptions& options, const std::optional<std::string>& derivative) {
+  if (options.tolerance && !derivative)
+    throw BadUsage("--what", "--tolerance needs it: gradient, laplacian or hessian");
+  options.settle(derivative.value_or(""));
+  const std::string of_scheme(name(Scheme(options.scheme).derivative));
+  if (derivative && *derivative != of_scheme)
+    throw BadUsage("--what", options.scheme + " is a " + of_scheme + ", not a " + *derivative);
 }
 
 bool has_support(const OperatorOptions& options, const Table& table) {
@@ -112,6 +152,7 @@ Eigen::VectorXd supports(const OperatorOptions& options, const Problem& problem)
 }
 
 void find_neighbours(const OperatorOptions& options, Problem& problem, Report& report) {
+  if (options.tolerance) return;  // choose_rows()
   Stopwatch watch;
   const Eigen::VectorXd h = supports(options, problem);
   problem.near = gradpsi::find_neighbours(problem.cloud, h, options.threads);
@@ -155,6 +196,10 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
   if (!op.points.empty()) report.rows = op.matrix().rows();
   report.supports_differ = problem.near.supports.size() > 1;
   report.entries = op.matrix().nonZeros();
+  report.schemes.clear();
+  for (const auto& scheme : op.rows.schemes)
+    if (scheme) ++report.schemes[name(*scheme)];
+  if (op.rows.errors.size() > 0) report.largest_error = op.rows.errors.maxCoeff();
   report.neighbours = neighbour_counts(problem.near, op.rows);
   report.degenerate = degenerate_rows(op, problem.cloud);
   report.degenerate_rows = report.degenerate.count();
@@ -164,8 +209,49 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
   }
 }
 
+Operator choose_rows(const OperatorOptions& options, Problem& problem,
+                     const std::vector<int>& unused, bool stable) {
+  const std::string policy = options.on_degenerate.value_or("fail");
+  // A lone point has no extent, and no row either.
+  const double wavelength =
+      options.wavelength.value_or(problem.cloud.size() > 1 ? longest_wave(problem.cloud) : 1.0);
+  Operator op = assemble_to({*options.tolerance, DenseVector::Constant(1, wavelength)},
+                            Scheme(options.scheme).derivative, problem.cloud,
+                            {.kernel = kernel(options.kernel),
+                             .on_miss = policy == "fail"    ? OnDegenerate::Fail
+                                        : policy == "lower" ? OnDegenerate::Lower
+                                                            : OnDegenerate::Zero,
+                             .stable = stable,
+                             .fixed = unused,
+                             .threads = options.threads});
+  DenseVector supports = op.rows.supports;
+  std::vector<int> rows;  // that are not zero
+  for (int i = 0; i < problem.cloud.size(); ++i)
+    if (supports[i] > 0) rows.push_back(i);
+  supports = (supports.array() > 0).select(supports, wavelength);
+  problem.near = gradpsi::find_neighbours(problem.cloud, supports, rows, options.threads);
+  return op;
+}
+
+namespace {
+
+void assemble_chosen(const OperatorOptions& options, Problem& problem, Report& report) {
+  Stopwatch watch;
+  try {
+    problem.op = choose_rows(options, problem, {}, false);
+  } catch (const StencilError& error) {
+    throw StencilError(words(error, report), error.point, error.neighbours,
+                       error.reciprocal_condition);
+  }
+  report.seconds.weights = watch.lap();
+  describe(problem.op, problem, report);
+}
+
+}  // namespace
+
 void assemble(const OperatorOptions& options, Problem& problem, Report& report,
               const std::optional<std::vector<int>>& rows) {
+  if (options.tolerance) return assemble_chosen(options, problem, report);
   if (rows && options.symmetric_support)
     throw BadUsage("--symmetric-support", "needs the rows of all points");
   AssemblyOptions assembly = assembly_options(options, problem.table);

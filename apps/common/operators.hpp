@@ -17,6 +17,7 @@ namespace gradpsi::apps {
 /// The options that say which operator is assembled on which points, the same in every command.
 struct OperatorOptions : PointOptions {
   std::string scheme;
+  std::optional<double> tolerance, wavelength;
   std::optional<double> support, support_ratio;
   std::optional<int> neighbours;
   std::optional<std::string> on_degenerate;
@@ -25,7 +26,17 @@ struct OperatorOptions : PointOptions {
   std::filesystem::path report;
 
   void declare(Options& options);
+  /// Throws unless there is a scheme, or what rows are chosen by: then `scheme` becomes the most accurate that they
+  /// are chosen from.
+  /// @param derivative  of the rows, where they are chosen: "gradient", "laplacian" or "hessian"
+  void settle(const std::string& derivative);
 };
+
+/// The option --what of commands that assemble a derivative as it is.
+Option declare_derivative(Options& options, std::optional<std::string>& derivative);
+/// Settles the options for it.
+/// @throws BadUsage  if rows are to be chosen, and it is not said of what; if a scheme is of another derivative
+void settle(OperatorOptions& options, const std::optional<std::string>& derivative);
 
 /// Whether the options or a column say what the supports are.
 bool has_support(const OperatorOptions& options, const Table& table);
@@ -63,6 +74,12 @@ void find_neighbours(const OperatorOptions& options, Problem& problem, Report& r
 
 /// Reports an operator of all points, or of some, or of probes.
 void describe(const Operator& op, const Problem& problem, Report& report);
+
+/// Chooses the operator's rows to a tolerance, and keeps the neighbours within their supports.
+/// @param unused  points whose rows may be anything, ascending
+/// @param stable  whether no solution of du/dt = lap u is to grow
+Operator choose_rows(const OperatorOptions& options, Problem& problem,
+                     const std::vector<int>& unused, bool stable);
 
 /// Finds the neighbours and assembles the operator.
 /// @param rows  points whose rows are wanted; unset: all

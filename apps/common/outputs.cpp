@@ -92,13 +92,29 @@ void print_degenerate(const DegenerateRows& degenerate) {
   std::cout << (degenerate.count() > 10 ? " ...\n" : "\n");
 }
 
+/// What was assembled.
+std::string title(const OperatorOptions& options) {
+  if (!options.tolerance) return options.scheme;
+  return std::string(name(Scheme(options.scheme).derivative)) + " good to " +
+         text(*options.tolerance) + " for waves of length " +
+         (options.wavelength ? text(*options.wavelength) : "the extent of the points");
+}
+
 }  // namespace
+
+std::string words(const std::map<std::string, std::int64_t>& schemes) {
+  std::string result;
+  for (const auto& [scheme, rows] : schemes)
+    result += (result.empty() ? "" : ", ") + scheme.substr(scheme.find('-') + 1) + ' ' +
+              std::to_string(rows);
+  return result;
+}
 
 bool print_summary(const OperatorOptions& options, const Report& report, bool support_column,
                    const std::vector<path>& files) {
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
-  std::cout << options.scheme << ": " << (report.rows ? std::to_string(*report.rows) + " of " : "")
+  std::cout << title(options) << ": " << (report.rows ? std::to_string(*report.rows) + " of " : "")
             << report.points << " points, "
             << (report.probes ? std::to_string(*report.probes) + " probes, " : "") << report.entries
             << " entries a matrix, "
@@ -116,6 +132,9 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
       symmetry(options.scheme) != Symmetry::None)
     std::cout << "supports differ, so that the matrix is not " << name(symmetry(options.scheme))
               << " after scaling by volume; with --symmetric-support it is\n";
+  if (report.largest_error)
+    std::cout << "rows by " << words(report.schemes) << "; largest error " << *report.largest_error
+              << '\n';
   if (degree(options.scheme) > 0 && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition
               << (report.probes ? ", at probe " : ", at point ") << report.worst->point << '\n';

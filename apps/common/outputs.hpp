@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ std::int64_t peak_memory();
 
 /// Adds the peak memory to the report and writes it where --report says.
 void write_report(const OperatorOptions& options, Report& report);
+
+/// How many rows are by which scheme, "ls-2 20, positive 7".
+std::string words(const std::map<std::string, std::int64_t>& schemes);
 
 /// Prints what was assembled and written, unless that went to standard output itself.
 /// @param support_column  whether the points have one

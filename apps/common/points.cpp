@@ -220,4 +220,14 @@ std::string text(double x) {
   return out.str();
 }
 
+double longest_wave(const Cloud& cloud) {
+  double longest = 0;
+  for (int a = 0; a < cloud.dimension() && cloud.size() > 0; ++a) {
+    const auto x = cloud.positions().col(a);
+    const double period = cloud.box()[a];
+    longest = std::max(longest, period > 0 ? period : x.maxCoeff() - x.minCoeff());
+  }
+  return longest;
+}
+
 }  // namespace gradpsi::apps

@@ -75,4 +75,7 @@ std::string spacing_text(const Eigen::VectorXd& spacing);
 /// A number as the terminal shows it, six digits.
 std::string text(double x);
 
+/// A wave as long as the points' bounding box, or as the box where it is periodic.
+double longest_wave(const Cloud& cloud);
+
 }  // namespace gradpsi::apps

@@ -140,6 +140,10 @@ std::string json(const Report& report) {
   if (report.processes) result["processes"] = *report.processes;
   if (report.probes) result["probes"] = *report.probes;
   if (!report.warnings.empty()) result["warnings"] = report.warnings;
+  if (report.largest_error) {
+    result["schemes"] = report.schemes;
+    result["largest_error"] = finite(*report.largest_error);
+  }
   if (report.degenerate.count() > 0) result["degenerate"] = value(report.degenerate);
   if (report.inspection) result["inspection"] = value(*report.inspection);
   if (report.solver) result["solver"] = value(*report.solver);

@@ -7,6 +7,7 @@
 #include <gradpsi/scheme.hpp>
 #include <gradpsi/solver.hpp>
 #include <gradpsi/spectrum.hpp>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -103,6 +104,9 @@ struct Report {
   std::optional<std::int64_t> probes;
   std::vector<std::string> warnings;
   DegenerateRows degenerate;
+  std::map<std::string, std::int64_t>
+      schemes;                          ///< of rows chosen to a tolerance: how many are by each
+  std::optional<double> largest_error;  ///< of these
   std::optional<Inspection> inspection;
   std::optional<SolverReport> solver;
   std::optional<Steps> steps;

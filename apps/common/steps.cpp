@@ -58,7 +58,7 @@ std::vector<WayOut> ways_out(const DiffuseOptions& options) {
   }
   for (const auto& [scheme, policy] :
        {std::pair{"laplacian-positive", "widen"}, std::pair{"laplacian-mixed-zoc", ""}}) {
-    if (options.scheme == scheme) continue;
+    if (options.scheme == scheme || options.tolerance) continue;
     result.push_back(base);
     result.back().options.scheme = scheme;
     result.back().words += std::string("--scheme ") + scheme;

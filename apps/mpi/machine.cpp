@@ -69,6 +69,7 @@ class SeveralProcesses : public Machine {
       const bool empty = partition().size() == 0;
       return DenseVector::Constant(1, empty ? 1 : petsc::spacing(partition(), options.threads));
     };
+    if (options.tolerance) return;
     if (options.symmetric_support) throw BadUsage("--symmetric-support", "is for one process");
     const Eigen::VectorXd h = supports(options, own_, {.spacing = spacing});
     const bool widens = assembly_options(options, own_).on_degenerate == OnDegenerate::Widen;

@@ -136,6 +136,7 @@ void add_columns(Table& table, const RowReport& rows, const Findings& f) {
   table.add("negative_share", f.rows.negative_share);
   table.add("residual", f.residual);
   table.add("error_bound", f.error_bound);
+  if (rows.errors.size() > 0) table.add("certified_error", rows.errors);
 }
 
 }  // namespace gradpsi::apps

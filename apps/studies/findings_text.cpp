@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "common/outputs.hpp"
 #include "studies/verdict.hpp"
 
 namespace gradpsi::apps {
@@ -16,7 +17,16 @@ void line(const std::string& label, const Parts&... parts) {
   (std::cout << ... << parts) << '\n';
 }
 
+/// Of rows that are chosen to a tolerance.
+void print_errors(const Problem& problem) {
+  const Distribution errors(problem.op.rows.errors);
+  line("error at most", text(errors.quantile(0.5)), " (median), ", text(errors.quantile(1)),
+       " (worst, ", at(problem, errors.largest_at),
+       ") of the waves asked for, over (2 pi / length)^order");
+}
+
 void print_bound(const Problem& problem, const Findings& f) {
+  if (problem.op.rows.errors.size() > 0) return print_errors(problem);
   const Distribution bound(f.error_bound);
   const auto without = f.error_bound.size() - std::ssize(bound.values);
   if (bound.values.empty()) return line("error at most", "no row has a bound");
@@ -28,12 +38,16 @@ void print_bound(const Problem& problem, const Findings& f) {
 
 void print_rows(const Problem& problem, const Findings& f, const Report& report) {
   const auto& rows = problem.op.rows;
-  std::cout << name(f.scheme) << ": " << count(problem.cloud.size(), "point") << " in "
-            << problem.cloud.dimension() << "D";
+  const bool chosen = rows.errors.size() > 0;
+  std::cout << (chosen ? std::string(name(f.scheme.derivative)) + " to a tolerance"
+                       : name(f.scheme))
+            << ": " << count(problem.cloud.size(), "point") << " in " << problem.cloud.dimension()
+            << "D";
   if (problem.cloud.size() > 0) std::cout << ", spacing " << spacing_text(f.spacings);
   std::cout << '\n';
   if (problem.cloud.size() == 0) return;
   std::cout << "rows\n";
+  if (chosen) line("schemes", words(report.schemes));
   const auto& neighbours = report.neighbours;
   const Eigen::VectorXd in_spacings = f.spacings.size() > 1
                                           ? Eigen::VectorXd(rows.supports.cwiseQuotient(f.spacings))
@@ -59,7 +73,7 @@ void print_rows(const Problem& problem, const Findings& f, const Report& report)
        degree(f.scheme) < 0      ? ""
        : residual.values.empty() ? "by no row "
                                  : "to " + text(residual.quantile(1)) + " at worst ",
-       "(", conditions(f.scheme), ")");
+       "(", chosen ? "those of each row's own scheme" : conditions(f.scheme), ")");
   if (degree(f.scheme) >= order(f.scheme.derivative)) {
     print_bound(problem, f);
   } else {

@@ -70,6 +70,8 @@ std::string on_derivatives(const Findings& f, const RowReport& rows) {
                            ? "not fit: not exact on polynomials of degree " +
                                  text(static_cast<double>(order(f.scheme.derivative))) +
                                  ", its error does not vanish with the spacing"
+                       : amplified + zero + lowered == 0 && rows.errors.size() > 0
+                           ? "fit, every row to the tolerance"
                        : amplified + zero + lowered == 0 ? "fit, exact on polynomials of degree " +
                                                                std::to_string(degree(f.scheme))
                                                          : "fit but for";

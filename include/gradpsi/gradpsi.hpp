@@ -32,5 +32,6 @@
 #include "gradpsi/spmv.hpp"
 #include "gradpsi/system.hpp"
 #include "gradpsi/table.hpp"
+#include "gradpsi/tolerance.hpp"
 #include "gradpsi/vector_calculus.hpp"
 #include "gradpsi/walls.hpp"

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
 #include "gradpsi/dense.hpp"
 #include "gradpsi/matrix.hpp"
+#include "gradpsi/scheme.hpp"
 
 #pragma GCC visibility push(default)
 namespace gradpsi {
@@ -47,6 +49,9 @@ struct RowReport {
   DenseVector reciprocal_condition;
   std::vector<RowOutcome> outcome;  ///< what was done
   IndexVector degree;  ///< of the polynomials that are differentiated exactly; -1 in a zero row
+  /// Where each row has a scheme of its own, by assemble_to(): which (none in a zero row) ..
+  std::vector<std::optional<Scheme>> schemes = {};
+  DenseVector errors = {};  ///< .. and its certified_errors(); else both are empty
 
   int degenerate() const;  ///< rows whose outcome is not AsAsked
 };

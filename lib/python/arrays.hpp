@@ -121,6 +121,7 @@ py::object csr(SparseMatrix&& A);
 void bind_cloud(py::module_& m);
 void bind_diagnosis(py::module_& m);
 void bind_interpolate(py::module_& m);
+void bind_tolerance(py::module_& m);
 void bind_io(py::module_& m);
 void bind_operator(py::module_& m);
 void bind_scheme(py::module_& m);

@@ -68,6 +68,7 @@ PYBIND11_MODULE(_core, m) {
   bind_cloud(m);
   bind_operator(m);
   bind_interpolate(m);
+  bind_tolerance(m);
   bind_vector_calculus(m);
   bind_solver(m);
   bind_diagnosis(m);

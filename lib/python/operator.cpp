@@ -88,15 +88,27 @@ py::object row_outcomes() {
   return result;
 }
 
+void bind_outcome(py::class_<RowReport>& rows) {
+  rows.def_property_readonly(
+          "schemes", [](const RowReport& report) { return report.schemes; },
+          "By assemble_to(): the Scheme of each row, None in a zero row; else an empty list")
+      .def_property_readonly(
+          "errors",
+          [](const py::object& self) { return view(self.cast<const RowReport&>().errors, self); },
+          "By assemble_to(): the certified_errors() of each row; else empty")
+      .def_property_readonly("degenerate", &RowReport::degenerate,
+                             "The number of rows whose outcome is not AS_ASKED");
+}
+
 void bind_rows(py::module_& m) {
   m.attr("RowOutcome") = row_outcomes();
 
-  py::class_<RowReport>(
+  py::class_<RowReport> rows(
       m, "RowReport",
       R"(How each assembled row came about: entry k belongs to row k of the matrices.
 
-All arrays are read-only and not copies: reassemble() changes what they show.)")
-      .def_property_readonly(
+All arrays are read-only and not copies: reassemble() changes what they show.)");
+  rows.def_property_readonly(
           "neighbours",
           [](const py::object& self) {
             return view(self.cast<const RowReport&>().neighbours, self);
@@ -124,9 +136,8 @@ All arrays are read-only and not copies: reassemble() changes what they show.)")
       .def_property_readonly(
           "degree",
           [](const py::object& self) { return view(self.cast<const RowReport&>().degree, self); },
-          "Of the polynomials that the row differentiates exactly; -1 in a zero row")
-      .def_property_readonly("degenerate", &RowReport::degenerate,
-                             "The number of rows whose outcome is not AS_ASKED");
+          "Of the polynomials that the row differentiates exactly; -1 in a zero row");
+  bind_outcome(rows);
 }
 
 constexpr auto assemble_doc =

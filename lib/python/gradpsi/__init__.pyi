@@ -132,6 +132,10 @@ class RowReport:
     @property
     def degree(self) -> _Ints: ...
     @property
+    def schemes(self) -> list[Scheme | None]: ...
+    @property
+    def errors(self) -> _Doubles: ...
+    @property
     def degenerate(self) -> int: ...
 
 class Operator:
@@ -184,6 +188,26 @@ def reassemble(
     on_surface: bool = False,
     threads: int = 0,
 ) -> None: ...
+def assemble_to(
+    derivative: Literal["gradient", "laplacian", "hessian"],
+    cloud: Cloud,
+    *,
+    tolerance: float,
+    wavelength: ArrayLike,
+    kernel: str = "wendland-c2",
+    on_miss: Literal["fail", "lower", "zero"] = "fail",
+    stable: bool = False,
+    fixed: ArrayLike | None = None,
+    threads: int = 0,
+) -> Operator: ...
+def certified_errors(
+    derivative: Literal["gradient", "laplacian", "hessian", "value"],
+    cloud: Cloud,
+    op: Operator,
+    wavelength: ArrayLike,
+    *,
+    threads: int = 0,
+) -> _Doubles: ...
 def multiply(op: Operator, u: ArrayLike, threads: int = 0) -> _Doubles: ...
 @overload
 def interpolate(  # type: ignore[misc]  # a str is a sequence of str, too
