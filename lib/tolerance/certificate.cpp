@@ -15,88 +15,133 @@
 
 namespace gradpsi {
 
+namespace {
+
+/// Those of degree m, after those of the degree before.
+/// @param begin  of the degree before, those whose factors are s_a or later ones
+template <int D>
+Degree<D> next_after(const std::vector<Degree<D>>& before, std::array<std::size_t, D>& begin) {
+  if (before.empty())
+    return {{{0, 0, 1, {}}}, Eigen::MatrixXd::Ones(directions(D).axes.rows(), 1), 1};
+  const auto& last = before.back();
+  Degree<D> result{{}, {}, static_cast<double>(before.size()) * last.factorial};
+  for (int a = 0; a < D; ++a) {
+    const std::size_t first = begin[a];
+    begin[a] = result.monomials.size();
+    for (std::size_t rest = first; rest < last.monomials.size(); ++rest) {
+      auto monomial = last.monomials[rest];
+      monomial.factor = a;
+      monomial.rest = static_cast<int>(rest);
+      monomial.factorial *= ++monomial.powers[a];
+      result.monomials.push_back(monomial);
+    }
+  }
+  result.at_directions.resize(last.at_directions.rows(), std::ssize(result.monomials));
+  for (Eigen::Index c = 0; c < result.at_directions.cols(); ++c)
+    result.at_directions.col(c) =
+        last.at_directions.col(result.monomials[c].rest)
+            .cwiseProduct(directions(D).axes.col(result.monomials[c].factor));
+  return result;
+}
+
+/// Up to that of the longest series.
+template <int D>
+const std::vector<Degree<D>>& degrees(int highest) {
+  static const std::vector<Degree<D>> all = [highest] {
+    std::vector<Degree<D>> result;
+    std::array<std::size_t, D> begin{};
+    for (int m = 0; m <= highest; ++m) result.push_back(next_after<D>(result, begin));
+    return result;
+  }();
+  return all;
+}
+
+}  // namespace
+
 template <int D>
 Certificate<D>::Certificate(const Target& target, const Cloud& cloud)
-    : target_(target), cloud_(cloud), defects_(highest + 1), largest_(highest + 1) {
-  const Directions& some = directions(D);
-  monomials_.push_back({{0, 0, 1, std::vector<int>(D, 0)}});
-  at_directions_.push_back(Eigen::MatrixXd::Ones(some.axes.rows(), 1));
-  std::vector<int> begin(D, 0);  // those of the degree before whose factors are s_a or later ones
-  for (int m = 1; m <= highest; ++m) {
-    const auto before = static_cast<int>(monomials_.back().size());
-    std::vector<Monomial> of_degree;
-    for (int a = 0; a < D; ++a) {
-      const int first = begin[a];
-      begin[a] = static_cast<int>(of_degree.size());
-      for (int rest = first; rest < before; ++rest) {
-        Monomial next = monomials_.back()[rest];
-        next.factor = a;
-        next.rest = rest;
-        next.factorial *= ++next.powers[a];
-        of_degree.push_back(next);
-      }
-    }
-    Eigen::MatrixXd at(some.axes.rows(), std::ssize(of_degree));
-    for (Eigen::Index c = 0; c < at.cols(); ++c)
-      at.col(c) = at_directions_.back()
-                      .col(of_degree[c].rest)
-                      .cwiseProduct(some.axes.col(of_degree[c].factor));
-    monomials_.push_back(std::move(of_degree));
-    at_directions_.push_back(std::move(at));
+    : target_(target), cloud_(cloud), degrees_(degrees<D>(highest)) {
+  for (const Degree<D>& degree : degrees_) {
+    Eigen::MatrixXd asked(std::ssize(degree.monomials), target.outputs(D));
+    for (Eigen::Index c = 0; c < asked.rows(); ++c)
+      for (Eigen::Index o = 0; o < asked.cols(); ++o)
+        asked(c, o) = target.of(static_cast<int>(o), degree.monomials[c].powers);
+    defects_.push_back(asked);
+    asked_.push_back(std::move(asked));
   }
 }
 
 template <int D>
 void Certificate<D>::gather(const Operator& op, int k, double wavenumber) {
   const SparseMatrix& pattern = op.axes.front();
-  const int begin = pattern.outerIndexPtr()[k], count = pattern.outerIndexPtr()[k + 1] - begin;
-  const int i = op.point(k);
-  offsets_.resize(count, D);
-  for (int e = 0; e < count; ++e) {
-    const int j = pattern.innerIndexPtr()[begin + e];
-    if (j == i)
-      offsets_.row(e).setZero();
-    else
-      offsets_.row(e) = wavenumber * displacement<D>(cloud_, i, j).transpose();
+  const int begin = pattern.outerIndexPtr()[k], i = op.point(k);
+  count_ = pattern.outerIndexPtr()[k + 1] - begin;
+  if (count_ > offsets_.rows()) {
+    const auto room = 2 * count_, most = std::ssize(degrees_.back().monomials);
+    offsets_.resize(room, D);
+    weights_.resize(room, std::ssize(op.axes));
+    magnitudes_.resize(room, std::ssize(op.axes));
+    products_.resize(room, most);
+    last_.resize(room, most);
+    lengths_.resize(room);
+    sizes_.resize(room);
   }
-  weights_.resize(count, std::ssize(op.axes));
-  const double unit = std::pow(wavenumber, -target_.order);
-  for (Eigen::Index o = 0; o < weights_.cols(); ++o)
-    weights_.col(o) =
-        unit * Eigen::Map<const Eigen::VectorXd>(op.axes[o].valuePtr() + begin, count);
-  lengths_ = offsets_.rowwise().norm();
-  sizes_.setOnes(count);
-  products_.setOnes(count, 1);
+  for (Eigen::Index e = 0; e < count_; ++e) {
+    const int j = pattern.innerIndexPtr()[begin + e];
+    Vector<D> s = Vector<D>::Zero();
+    if (j != i) s = wavenumber * displacement<D>(cloud_, i, j);
+    offsets_.row(e) = s.array().transpose();
+    lengths_[e] = s.norm();
+  }
+  double unit = 1;
+  for (int q = 0; q < target_.order; ++q) unit /= wavenumber;
+  for (Eigen::Index o = 0; o < weights_.cols(); ++o) {
+    weights_.col(o).head(count_) =
+        unit * Eigen::Map<const Eigen::ArrayXd>(op.axes[o].valuePtr() + begin, count_);
+    magnitudes_.col(o).head(count_) = weights_.col(o).head(count_).abs();
+  }
+  sizes_.head(count_).setOnes();
+  beyond_ = all_sizes();
   rounding_ = 0;
+}
+
+/// sum_j |a_ij| |s|^m / m!, of all outputs.
+template <int D>
+double Certificate<D>::all_sizes() const {
+  double squares = 0;
+  for (Eigen::Index o = 0; o < magnitudes_.cols(); ++o) {
+    const double sum = (magnitudes_.col(o).head(count_) * sizes_.head(count_)).sum();
+    squares += sum * sum;
+  }
+  return std::sqrt(squares);
 }
 
 /// The moments of degree m less what the target makes of them, and what the degrees beyond can add.
 template <int D>
 void Certificate<D>::next_degree(int m) {
-  const std::vector<Monomial>& monomials = monomials_[m];
-  if (m > 0) {
-    last_.swap(products_);
-    products_.resize(last_.rows(), std::ssize(monomials));
-    for (Eigen::Index c = 0; c < products_.cols(); ++c)
-      products_.col(c) =
-          last_.col(monomials[c].rest).cwiseProduct(offsets_.col(monomials[c].factor));
-  }
+  const Degree<D>& degree = degrees_[m];
+  if (m > 0) last_.swap(products_);
   Eigen::MatrixXd& defects = defects_[m];
-  defects.resize(products_.cols(), weights_.cols());
-  double squares = 0, factorial = std::tgamma(m + 1.0);
-  for (Eigen::Index c = 0; c < defects.rows(); ++c)
+  double squares = 0;
+  for (Eigen::Index c = 0; c < defects.rows(); ++c) {
+    const auto& monomial = degree.monomials[c];
+    auto product = products_.col(c).head(count_);
+    if (m == 0)
+      product.setOnes();
+    else
+      product = last_.col(monomial.rest).head(count_) * offsets_.col(monomial.factor).head(count_);
     for (Eigen::Index o = 0; o < defects.cols(); ++o) {
-      const double of = target_.of(static_cast<int>(o), monomials[c].powers);
-      const double off = (products_.col(c).dot(weights_.col(o)) - of) / monomials[c].factorial;
+      const double moment = (product * weights_.col(o).head(count_)).sum();
+      const double off = (moment - asked_[m](c, o)) / monomial.factorial;
       defects(c, o) = off;
-      squares += off * off * monomials[c].factorial / factorial;
+      squares += off * off * monomial.factorial;
     }
-  largest_[m] = std::sqrt(squares);  // the Frobenius norm of the tensor
-  const double eps = std::numeric_limits<double>::epsilon();
-  rounding_ += static_cast<double>(offsets_.rows() + m + 4) * eps *
-               (weights_.cwiseAbs().transpose() * sizes_).norm();
-  sizes_ = sizes_.cwiseProduct(lengths_) / (m + 1);
-  beyond_ = (weights_.cwiseAbs().transpose() * sizes_).norm();
+  }
+  largest_[m] = std::sqrt(squares / degree.factorial);  // the Frobenius norm of the tensor
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  rounding_ += static_cast<double>(count_ + m + 4) * eps * beyond_;
+  sizes_.head(count_) *= lengths_.head(count_) / (m + 1);
+  beyond_ = all_sizes();
 }
 
 /// Of the degrees 0 to `degrees`, real and imaginary parts.
@@ -111,22 +156,27 @@ template <int D>
 double Certificate<D>::worst_direction(int m) const {
   const double angle = m * directions(D).apart;
   if (angle > std::numbers::pi / 3) return largest_[m];
-  const double found =
-      std::sqrt((at_directions_[m] * defects_[m]).rowwise().squaredNorm().maxCoeff());
-  return std::min(largest_[m], found / std::cos(angle));
+  const double found = (degrees_[m].at_directions * defects_[m]).rowwise().squaredNorm().maxCoeff();
+  return std::min(largest_[m], std::sqrt(found) / std::cos(angle));
 }
 
 template <int D>
-double Certificate<D>::operator()(const Operator& op, int k, double wavenumber) {
-  constexpr double small = 0.02;
+double Certificate<D>::operator()(const Operator& op, int k, double wavenumber, double tolerance) {
+  constexpr double small = 0.02, beyond_doubt = 4;
+  const auto misses = [&](double bound) {
+    return tolerance > 0 && bound > beyond_doubt * tolerance;
+  };
   gather(op, k, wavenumber);
   int m = 0;
   next_degree(m);
-  while (m < highest && (m <= target_.order || beyond_ > small * series(m))) next_degree(++m);
-  const double all = series(m);
+  while (m < highest && !(m > target_.order && misses(series(m))) &&
+         (m <= target_.order || beyond_ > small * series(m)))
+    next_degree(++m);
+  const double all = series(m), others = beyond_ + rounding_;
+  if (all + others <= tolerance || misses(all + others)) return all + others;
   for (int degree = 1; degree <= m; ++degree)
     if (largest_[degree] > small * all) largest_[degree] = worst_direction(degree);
-  return series(m) + beyond_ + rounding_;
+  return series(m) + others;
 }
 
 template class Certificate<1>;
@@ -157,25 +207,30 @@ void check_wavelengths(int order, int n, const VectorView& wavelengths) {
                          shortest(L));
 }
 
-DenseVector certified_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
-                             const VectorView& wavelengths, int threads) {
-  checked_threads(threads);
+DenseVector bounded_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
+                           const VectorView& wavelengths, double tolerance, int threads) {
   const Target& target = gradpsi::target(derivative);
-  check(target, cloud, op, wavelengths);
   const auto rows = static_cast<int>(op.matrix().rows());
   DenseVector errors(rows);
   dispatch(cloud.dimension(), [&](auto d) {
-    parallel_chunks(rows, 64, threads,
+    parallel_chunks(rows, 256, threads,
                     [&, bound = Certificate<d>(target, cloud)](int begin, int end) mutable {
                       for (int k = begin; k < end; ++k) {
                         const double L = wavelengths[wavelengths.size() == 1 ? 0 : op.point(k)];
-                        errors[k] = op.rows.degree[k] < 0 && op.rows.outcome[k] == RowOutcome::Zero
+                        errors[k] = op.rows.outcome[k] == RowOutcome::Zero
                                         ? std::numeric_limits<double>::infinity()
-                                        : bound(op, k, 2 * std::numbers::pi / L);
+                                        : bound(op, k, 2 * std::numbers::pi / L, tolerance);
                       }
                     });
   });
   return errors;
+}
+
+DenseVector certified_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
+                             const VectorView& wavelengths, int threads) {
+  checked_threads(threads);
+  check(gradpsi::target(derivative), cloud, op, wavelengths);
+  return bounded_errors(derivative, cloud, op, wavelengths, 0, threads);
 }
 
 }  // namespace gradpsi

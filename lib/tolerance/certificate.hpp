@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "cloud/points.hpp"
@@ -13,7 +14,25 @@ namespace gradpsi {
 /// @throws InvalidInput  unless they are one or n lengths whose powers are within the range of a double
 void check_wavelengths(int order, int n, const VectorView& wavelengths);
 
-/// certified_errors() of a row after another; see there. Copies share nothing.
+/// certified_errors(), but where it is certain at once, by no more than norms of moments, that a row is good to
+/// `tolerance`, or beyond doubt that it is not: there the bound is up to twice as large. 0: everywhere to the end.
+DenseVector bounded_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
+                           const VectorView& wavelengths, double tolerance, int threads);
+
+/// The monomials of one degree m.
+template <int D>
+struct Degree {
+  struct Monomial {
+    int factor, rest;  // the number of a coordinate, and that of a monomial of the degree before
+    double factorial;  // alpha!
+    std::array<int, D> powers;  // alpha
+  };
+  std::vector<Monomial> monomials;
+  Eigen::MatrixXd at_directions;  // directions x monomials
+  double factorial;               // m!
+};
+
+/// The bound of a row after another. Copies share nothing.
 template <int D>
 class Certificate {
  public:
@@ -21,33 +40,30 @@ class Certificate {
 
   /// @param k           a row of op
   /// @param wavenumber  2 pi / L
-  double operator()(const Operator& op, int k, double wavenumber);
+  double operator()(const Operator& op, int k, double wavenumber, double tolerance);
 
  private:
   static constexpr int highest = D == 3 ? 10 : 14;  // degree of the series
 
   void gather(const Operator& op, int k, double wavenumber);
   void next_degree(int m);
+  double all_sizes() const;
   double series(int degrees) const;
   double worst_direction(int m) const;
 
-  struct Monomial {
-    int factor, rest;  // the number of a coordinate, and that of a monomial of the degree before
-    double factorial;  // alpha!
-    std::vector<int> powers;  // alpha
-  };
   const Target& target_;
   const Cloud& cloud_;
-  std::vector<std::vector<Monomial>> monomials_;  // by degree
-  std::vector<Eigen::MatrixXd> at_directions_;    // by degree: directions x monomials
+  const std::vector<Degree<D>>& degrees_;
+  std::vector<Eigen::MatrixXd>
+      asked_;  // by degree: monomials x outputs, what the target makes of them
 
   // Of the row: offsets in units of 1 / wavenumber, weights in units of wavenumber^q.
-  Eigen::MatrixXd offsets_, weights_;  // entries x D, entries x outputs
-  Eigen::MatrixXd products_, last_;    // entries x monomials of this degree and of the last
-  Eigen::VectorXd sizes_;              // entries: |s|^m / m!
-  Eigen::VectorXd lengths_;
-  std::vector<Eigen::MatrixXd> defects_;  // by degree: monomials x outputs
-  std::vector<double> largest_;           // by degree: a bound of the magnitude in any direction
+  Eigen::Index count_ = 0;
+  Eigen::ArrayXXd offsets_, weights_, magnitudes_;  // entries x D, entries x outputs; |weights|
+  Eigen::ArrayXXd products_, last_;          // entries x monomials of this degree and of the last
+  Eigen::ArrayXd lengths_, sizes_;           // entries: |s|, |s|^m / m!
+  std::vector<Eigen::MatrixXd> defects_;     // by degree: monomials x outputs
+  std::array<double, highest + 1> largest_;  // by degree: a bound of the magnitude in any direction
   double beyond_ = 0, rounding_ = 0;
 };
 

@@ -18,12 +18,14 @@ class Nearby {
   Neighbours nearest(const std::vector<int>& points, int count);
 
  private:
+  void find(const std::vector<int>& points);
   void reach(const std::vector<int>& points, int count);
 
   const Cloud& cloud_;
   int threads_;
   DenseVector supports_;  // how far lists reach
   Neighbours wide_;
+  std::vector<double> squared_;  // distances, as wide_.indices has the points
 };
 
 }  // namespace gradpsi

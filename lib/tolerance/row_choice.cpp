@@ -8,6 +8,7 @@
 
 #include "operators/assemble.hpp"
 #include "schemes/targets.hpp"
+#include "tolerance/certificate.hpp"
 
 namespace gradpsi {
 namespace {
@@ -63,7 +64,8 @@ Operator RowChoice::assemble(const RowCandidate& candidate, const std::vector<in
 }
 
 DenseVector RowChoice::errors(const Operator& op) const {
-  return certified_errors(derivative_, cloud_, op, wanted_.wavelengths, assembly_.threads);
+  return bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, wanted_.tolerance,
+                        assembly_.threads);
 }
 
 void RowChoice::attempt(const RowCandidate& candidate) {
@@ -85,6 +87,15 @@ void RowChoice::attempt(const RowCandidate& candidate) {
 void RowChoice::choose() {
   for (const RowCandidate& candidate : candidates_)
     if (!left_.empty()) attempt(candidate);
+  certify();
+}
+
+/// The bounds to the end.
+void RowChoice::certify() {
+  const Operator op = rows_.operator_of(volumes_);
+  rows_.report().errors =
+      bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, 0, assembly_.threads);
+  std::erase_if(left_, [&](int i) { return rows_.error(i) <= wanted_.tolerance; });
 }
 
 void RowChoice::choose_anew(const std::vector<int>& points) {
@@ -99,6 +110,7 @@ void RowChoice::choose_anew(const std::vector<int>& points) {
       rows_.take(op, k, candidate.scheme, error[k]);
     }
   }
+  certify();
 }
 
 std::vector<int> RowChoice::around(int i, int count) {

@@ -35,6 +35,7 @@ class RowChoice {
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   DenseVector errors(const Operator& op) const;
   void attempt(const RowCandidate& candidate);
+  void certify();
 
   const Accuracy& wanted_;
   Derivative derivative_;
