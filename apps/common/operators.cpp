@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <gradpsi/neighbours.hpp>
 #include <gradpsi/scheme.hpp>
@@ -41,11 +42,12 @@ void OperatorOptions::declare(Options& options) {
       "are good to E there, the largest error for waves of length L and longer, proved, over\n"
       "(2 pi / L)^order. Rows that none is good enough for fail; with --on-degenerate lower\n"
       "they are the best there are, with zero they are zero");
-  const Option shortest =
-      options.number("--wavelength", wavelength, "L",
-                     "The length of the shortest waves that matter [the extent of the points]");
+  const Option shortest = options.text(
+      "--wavelength", wavelength, "L|COLUMN",
+      "The length of the shortest waves that matter, or a column that has it for each\n"
+      "point [the extent of the points]");
   Option(accurate).excludes(named).excludes(absolute).excludes(relative);
-  Option(shortest).needs(accurate);
+  Option(shortest).needs(accurate).check(not_empty);
   options.flag("--symmetric-support", symmetric_support,
                "Where supports differ, points count for one another if either is in the support\n"
                "of the other, with the mean of both kernels: zoc matrices stay symmetric");
@@ -209,26 +211,39 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
   }
 }
 
+namespace {
+
+/// One for all points, or one for each.
+DenseVector wavelengths(const OperatorOptions& options, const Problem& problem) {
+  const std::string& given = options.wavelength;
+  double length = problem.cloud.size() > 1 ? longest_wave(problem.cloud) : 1.0;
+  const auto read = std::from_chars(given.data(), given.data() + given.size(), length);
+  if (given.empty() || (read.ec == std::errc() && read.ptr == given.data() + given.size()))
+    return DenseVector::Constant(1, length);
+  return finite_column(problem.table, problem.cloud, given);
+}
+
+}  // namespace
+
 Operator choose_rows(const OperatorOptions& options, Problem& problem,
                      const std::vector<int>& unused, bool stable) {
   const std::string policy = options.on_degenerate.value_or("fail");
   // A lone point has no extent, and no row either.
-  const double wavelength =
-      options.wavelength.value_or(problem.cloud.size() > 1 ? longest_wave(problem.cloud) : 1.0);
-  Operator op = assemble_to({*options.tolerance, DenseVector::Constant(1, wavelength)},
-                            Scheme(options.scheme).derivative, problem.cloud,
-                            {.kernel = kernel(options.kernel),
-                             .on_miss = policy == "fail"    ? OnDegenerate::Fail
-                                        : policy == "lower" ? OnDegenerate::Lower
-                                                            : OnDegenerate::Zero,
-                             .stable = stable,
-                             .fixed = unused,
-                             .threads = options.threads});
+  const DenseVector lengths = wavelengths(options, problem);
+  Operator op =
+      assemble_to({*options.tolerance, lengths}, Scheme(options.scheme).derivative, problem.cloud,
+                  {.kernel = kernel(options.kernel),
+                   .on_miss = policy == "fail"    ? OnDegenerate::Fail
+                              : policy == "lower" ? OnDegenerate::Lower
+                                                  : OnDegenerate::Zero,
+                   .stable = stable,
+                   .fixed = unused,
+                   .threads = options.threads});
   DenseVector supports = op.rows.supports;
   std::vector<int> rows;  // that are not zero
   for (int i = 0; i < problem.cloud.size(); ++i)
     if (supports[i] > 0) rows.push_back(i);
-  supports = (supports.array() > 0).select(supports, wavelength);
+  supports = (supports.array() > 0).select(supports, lengths.maxCoeff());
   problem.near = gradpsi::find_neighbours(problem.cloud, supports, rows, options.threads);
   return op;
 }

@@ -17,7 +17,8 @@ namespace gradpsi::apps {
 /// The options that say which operator is assembled on which points, the same in every command.
 struct OperatorOptions : PointOptions {
   std::string scheme;
-  std::optional<double> tolerance, wavelength;
+  std::optional<double> tolerance;
+  std::string wavelength;  // a number, or a column
   std::optional<double> support, support_ratio;
   std::optional<int> neighbours;
   std::optional<std::string> on_degenerate;

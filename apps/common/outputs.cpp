@@ -97,7 +97,7 @@ std::string title(const OperatorOptions& options) {
   if (!options.tolerance) return options.scheme;
   return std::string(name(Scheme(options.scheme).derivative)) + " good to " +
          text(*options.tolerance) + " for waves of length " +
-         (options.wavelength ? text(*options.wavelength) : "the extent of the points");
+         (options.wavelength.empty() ? "the extent of the points" : options.wavelength);
 }
 
 }  // namespace

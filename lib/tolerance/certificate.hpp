@@ -15,7 +15,7 @@ namespace gradpsi {
 void check_wavelengths(int order, int n, const VectorView& wavelengths);
 
 /// certified_errors(), but where it is certain at once, by no more than norms of moments, that a row is good to
-/// `tolerance`, or beyond doubt that it is not: there the bound is up to twice as large. 0: everywhere to the end.
+/// `tolerance`, or beyond doubt that it is not: there the bound is those norms. 0: everywhere to the end.
 DenseVector bounded_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
                            const VectorView& wavelengths, double tolerance, int threads);
 

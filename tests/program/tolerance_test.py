@@ -41,6 +41,17 @@ class Tolerance(ProgramTest):
         self.assertLess(chosen.nnz, 0.5 * scipy.io.mmread(self.path("one.mtx")).nnz)
         np.testing.assert_allclose(chosen @ np.ones(576), 0, atol=1e-8)
 
+    def test_a_column_of_wavelengths(self):
+        points = self.square(20, T=lambda x, y: x, L=lambda x, y: np.where(x < 0.5, 0.8, 3))
+        text = self.run_program("assemble", points, "--what", "laplacian", "--tolerance", 0.1, "--wavelength", "L",
+                                "-o", self.path("m.mtx"))
+        self.assertIn("laplacian good to 0.1 for waves of length L: 400 points", text)
+        entries = np.diff(scipy.io.mmread(self.path("m.mtx")).tocsr().indptr)
+        x = self.read_csv("points.csv")["x"]
+        self.assertGreater(entries[x < 0.5].mean(), 1.3 * entries[x > 0.5].mean())
+        self.assertIn("unknown column 'M'", self.run_program(
+            "assemble", points, "--what", "laplacian", "--tolerance", 0.1, "--wavelength", "M", "-o", self.path("m.mtx"), expect=1))
+
     def test_steps_keep_within_the_range(self):
         text = self.run_program("diffuse", self.scene(), "--field", "T", "--fixed", "wall", "--tolerance", 0.05,
                                 "--wavelength", 0.5, "--time-step", 0.01, "--steps", 20, "-o", self.path("T.csv"))
