@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 #include <gradpsi/gradpsi.hpp>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -28,6 +29,10 @@ std::vector<int> sides(const Study& study) {
 
 std::vector<double> support_ratios(const Study& study) {
   return study.quick ? std::vector{2.5, 3.5} : std::vector{2.0, 2.5, 3.0, 3.5, 4.5};
+}
+
+std::vector<double> tolerances(const Study& study) {
+  return study.quick ? std::vector{1e-2} : std::vector{1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 }
 
 /// Gradients and Laplacians. Degrees 5 and 6 have 55 and 83 unknowns in 3D: more than the neighbours of all but the widest support.
@@ -105,14 +110,10 @@ void measure_solution(const Scene& scene, const Operator& op, int threads, Resul
 }
 
 /// Completes a result that says which matrix it is of.
-void measure(const Scene& scene, const Neighbours& near, double search_seconds, int threads,
+/// @param assembly_seconds  search and weights
+void measure(const Scene& scene, const Operator& op, double assembly_seconds, int threads,
              Timer& timer, Result& r) {
-  const AssemblyOptions options{
-      .kernel = kernels()[r.kernel], .on_degenerate = OnDegenerate::Widen, .threads = threads};
-  Operator op;
-  const double weights =
-      timer.seconds([&] { op = assemble(r.scheme, scene.cloud, near, options); }, 0);
-  r.assemble = (search_seconds + weights) / r.points;
+  r.assemble = assembly_seconds / r.points;
   for (const auto& matrix : op.axes)
     r.bytes_per_point +=
         (12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * r.points) / r.points;
@@ -124,22 +125,51 @@ void measure(const Scene& scene, const Neighbours& near, double search_seconds, 
 }
 
 /// The results of all schemes and the first so many kernels with one support.
-void add_results(const Scene& scene, Arrangement arrangement, double support_ratio, int kernels,
-                 int threads, Timer& timer, std::vector<Result>& results) {
+void add_results(const Scene& scene, Arrangement arrangement, double support_ratio,
+                 int kernel_count, int threads, Timer& timer, std::vector<Result>& results) {
   Neighbours near;
   const Eigen::VectorXd supports = support_ratio * scene.spacing;
   const double search =
       timer.seconds([&] { near = find_neighbours(scene.cloud, supports, threads); }, 0);
-  for (int kernel = 0; kernel < kernels; ++kernel)
+  for (int kernel = 0; kernel < kernel_count; ++kernel)
     for (const Scheme& scheme : studied_schemes(scene.cloud.dimension())) {
       Result& result = results.emplace_back(
           Result{scheme, kernel, arrangement, support_ratio, scene.cloud.size()});
-      measure(scene, near, search, threads, timer, result);
+      const AssemblyOptions options{
+          .kernel = kernels()[kernel], .on_degenerate = OnDegenerate::Widen, .threads = threads};
+      Operator op;
+      const double weights =
+          timer.seconds([&] { op = assemble(scheme, scene.cloud, near, options); }, 0);
+      measure(scene, op, search + weights, threads, timer, result);
+    }
+}
+
+/// The results of rows chosen to tolerances, for waves as short as the field's. Those that miss one are the best
+/// there are.
+void add_chosen(const Study& study, const Scene& scene, Arrangement arrangement, Timer& timer,
+                std::vector<Result>& results) {
+  const int d = scene.cloud.dimension();
+  const double shortest = 2 * std::numbers::pi / (field.factors[0].wave_number * std::sqrt(d));
+  for (const Scheme scheme : {Scheme("gradient-ls-6"), Scheme("laplacian-ls-6")})
+    for (const double tolerance : tolerances(study)) {
+      Operator op;
+      const double seconds = timer.seconds(
+          [&] {
+            op = assemble_to({tolerance, DenseVector::Constant(1, shortest)}, scheme.derivative,
+                             scene.cloud,
+                             {.on_miss = OnDegenerate::Lower, .threads = study.threads});
+          },
+          0);
+      const double ratio = (op.rows.supports.array() / scene.spacing.mean()).mean();
+      Result& result = results.emplace_back(
+          Result{scheme, 0, arrangement, ratio, scene.cloud.size(), tolerance});
+      measure(scene, op, seconds, study.threads, timer, result);
     }
 }
 
 bool belongs(const Front& front, const Result& r) {
-  return r.scheme.derivative == front.derivative && r.arrangement == front.arrangement;
+  return !r.chosen() && r.scheme.derivative == front.derivative &&
+         r.arrangement == front.arrangement;
 }
 
 }  // namespace
@@ -160,6 +190,7 @@ std::vector<Result> results(const Study& study, Timer& timer, const ShowProgress
         add_results(scene, arrangement, ratio, kernel_count, study.threads, timer, results);
         show(++done, total);
       }
+      add_chosen(study, scene, arrangement, timer, results);
     }
   return results;
 }
@@ -167,7 +198,10 @@ std::vector<Result> results(const Study& study, Timer& timer, const ShowProgress
 std::string csv(const std::vector<Result>& results, int dimension) {
   constexpr Look measured{"%.4g"};
   const Columns<Result> columns = {
-      {"scheme", [](auto& r) { return name(r.scheme); }},
+      {"scheme",
+       [](auto& r) {
+         return r.chosen() ? std::string(name(r.scheme.derivative)) + "-chosen" : name(r.scheme);
+       }},
       {"dimension", [=](auto&) { return dimension; }},
       {"kernel", [](auto& r) { return kernels()[r.kernel].name; }},
       {"support_ratio", &Result::support_ratio},
@@ -186,8 +220,9 @@ std::string csv(const std::vector<Result>& results, int dimension) {
       {"stable", [](auto& r) { return !r.laplacian() ? ""
                                       : r.grows      ? "0"
                                                      : "1"; }},
-      {"weight", [](auto& r) { return name(r.scheme.weight); }},
-      {"consistency", [](auto& r) { return consistency_name(r.scheme); }}};
+      {"weight", [](auto& r) { return r.chosen() ? "chosen" : name(r.scheme.weight); }},
+      {"consistency", [](auto& r) { return r.chosen() ? "chosen" : consistency_name(r.scheme); }},
+      {"tolerance", [](auto& r) { return r.chosen() ? cell(r.tolerance, "%.0e") : ""; }}};
   return apps::csv(columns, results);
 }
 

@@ -65,7 +65,11 @@ do for [format in "svg png"] {
             using (chosen(kind, arrangement, w, c) && stable(0) ? cost(k) : NaN):(error(k)) \
             with points pt (word(hollow, c) + 0) ps 0.6 lw 0.8 lc rgb word(colours, w), \
           fronts skip 1 using (strcol(1) eq kind && strcol(2) eq word(costs, k) && \
-            strcol(3) eq arrangement ? $4 : NaN):5 with steps lw 2 lc rgb "#e69f00"
+            strcol(3) eq arrangement ? $4 : NaN):5 with steps lw 2 lc rgb "#e69f00", \
+          csv skip 1 using (is_of(kind, arrangement) && strcol(19) eq "chosen" && stable(1) ? cost(k) : NaN):(error(k)) \
+            with points pt 1 ps 0.9 lw 1.6 lc rgb "#cc3311", \
+          csv skip 1 using (is_of(kind, arrangement) && strcol(19) eq "chosen" && stable(0) ? cost(k) : NaN):(error(k)) \
+            with points pt 2 ps 0.7 lw 1 lc rgb "#cc3311"
       }
     }
     set size 1, 1 - 2 * height
@@ -84,7 +88,8 @@ do for [format in "svg png"] {
       NaN with points pt 6 ps 1.2 lc rgb (kind eq "gradient" ? "white" : "#666666") \
         title (kind eq "gradient" ? " " : "hollow: grows"), \
       NaN with points pt 7 ps 0.3 lc rgb "#c0c0c0" title "other kernels", \
-      NaN with lines lw 2 lc rgb "#e69f00" title "Pareto front"
+      NaN with points pt 1 ps 1.2 lw 1.6 lc rgb "#cc3311" title "rows chosen to a tolerance", \
+      NaN with lines lw 2 lc rgb "#e69f00" title "front of single schemes"
     unset multiplot
     unset output
     set autoscale

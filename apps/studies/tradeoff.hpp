@@ -31,6 +31,7 @@ struct Result {
   Arrangement arrangement;
   double support_ratio;
   int points;
+  double tolerance = 0;  ///< > 0: rows are chosen to it, of the scheme only the derivative counts
   double entries_per_row = 0, bytes_per_point = 0;
   /// Relative to the largest value of the derivative, of the Dirichlet problem to 1.
   double l2 = not_a_number, max = not_a_number;
@@ -38,6 +39,7 @@ struct Result {
   double assemble = 0, product = 0, solve = not_a_number;  ///< seconds a point
   bool grows = false;                                      ///< Laplacians, outermost points held
 
+  bool chosen() const { return tolerance > 0; }
   bool laplacian() const { return scheme.derivative == Derivative::Laplacian; }
 };
 std::vector<Result> results(const Study& study, Timer& timer, const ShowProgress& show);
@@ -67,7 +69,7 @@ struct Front {
   Derivative derivative;
   Use use;
   Arrangement arrangement;
-  /// Those that nothing else is both cheaper and more accurate than, cheapest first.
+  /// Of the single schemes those that nothing else is both cheaper and more accurate than, cheapest first.
   std::vector<const Result*> best;
   double uncorrected = 1e300;  ///< least error of the schemes without correction
 
