@@ -24,7 +24,7 @@ void check(const Accuracy& wanted, Derivative derivative, const Cloud& cloud,
            const ToleranceOptions& options) {
   if (!(wanted.tolerance > 0 && std::isfinite(wanted.tolerance)))
     throw InvalidInput("the tolerance must be > 0 and finite, not " + shortest(wanted.tolerance));
-  if (row_candidates(derivative, cloud.dimension()).empty())
+  if (row_candidates(derivative, cloud.dimension(), false).empty())
     throw InvalidInput("rows of a " + std::string(name(derivative)) +
                        " are not chosen to a tolerance");
   if (options.on_miss == OnDegenerate::Widen)
@@ -78,7 +78,7 @@ Operator assemble_to(const Accuracy& wanted, Derivative derivative, const Cloud&
   if (!missed.empty() && options.on_miss == OnDegenerate::Fail)
     throw_missed(wanted, cloud, rows, missed);
   if (options.stable) make_stable(choice, options.fixed);
-  for (const int i : choice.left())
+  for (const int i : missed)
     if (options.on_miss == OnDegenerate::Zero)
       rows.drop(i);
     else if (std::isfinite(rows.error(i)))

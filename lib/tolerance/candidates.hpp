@@ -13,7 +13,9 @@ struct RowCandidate {
 };
 
 /// In the order of what a product with them costs.
-std::vector<RowCandidate> row_candidates(Derivative derivative, int dimension);
+/// @param stable  whether fields must not grow: positive stencils, by which they do not, look further for points on
+///   all sides
+std::vector<RowCandidate> row_candidates(Derivative derivative, int dimension, bool stable);
 
 /// A support with that many points reaches this much further than the last of them, whose weight would be 0.
 inline constexpr double beyond_last = 1.15;

@@ -167,16 +167,20 @@ double Certificate<D>::operator()(const Operator& op, int k, double wavenumber, 
     return tolerance > 0 && bound > beyond_doubt * tolerance;
   };
   gather(op, k, wavenumber);
+  const double entries = beyond_;
   int m = 0;
   next_degree(m);
   while (m < highest && !(m > target_.order && misses(series(m))) &&
          (m <= target_.order || beyond_ > small * series(m)))
     next_degree(++m);
   const double all = series(m), others = beyond_ + rounding_;
-  if (all + others <= tolerance || misses(all + others)) return all + others;
+  // No wave makes more of the row than its entries, nor less of the derivative than 0.
+  const double most = entries + 1;
+  const auto least = [&](double bound) { return bound < most ? bound : most; };
+  if (all + others <= tolerance || misses(all + others)) return least(all + others);
   for (int degree = 1; degree <= m; ++degree)
     if (largest_[degree] > small * all) largest_[degree] = worst_direction(degree);
-  return series(m) + others;
+  return least(series(m) + others);
 }
 
 template class Certificate<1>;
@@ -188,7 +192,8 @@ namespace {
 void check(const Target& target, const Cloud& cloud, const Operator& op,
            const VectorView& wavelengths) {
   const int n = cloud.size(), outputs = target.outputs(cloud.dimension());
-  if (std::ssize(op.axes) != outputs || op.matrix().cols() != n || op.normals.size() > 0)
+  if (std::ssize(op.axes) != outputs || op.matrix().cols() != n || op.normals.size() > 0 ||
+      op.matrix().rows() != (op.points.empty() ? n : std::ssize(op.points)))
     throw InvalidInput("the operator is not a " + std::string(target.name) + " of these " +
                        std::to_string(n) + " points");
   check_wavelengths(target.order, n, wavelengths);

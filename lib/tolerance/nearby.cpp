@@ -92,8 +92,7 @@ void Nearby::reach(const std::vector<int>& points, int count) {
   const double most = largest_support(cloud_);
   count = std::min(count, cloud_.size() - 1);
   if (std::ranges::any_of(points, [&](int i) { return wide_.count(i) == 0; }))
-    wide_ =
-        find_neighbours(cloud_, supports_, points, threads_);  // those of other points were kept
+    find(points);  // the lists of other points were kept
   for (;;) {
     bool longer = false;
     for (const int i : points)

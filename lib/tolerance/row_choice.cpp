@@ -19,8 +19,8 @@ constexpr int within_two_spacings[] = {4, 12, 32};
 /// No row of the same degree is good enough, where this one's error is so many times too large.
 constexpr double hopeless = 3;
 
-std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud) {
-  std::vector<RowCandidate> all = row_candidates(derivative, cloud.dimension());
+std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud, bool stable) {
+  std::vector<RowCandidate> all = row_candidates(derivative, cloud.dimension(), stable);
   std::erase_if(all, [&](const RowCandidate& c) { return c.neighbours >= cloud.size(); });
   return all;
 }
@@ -39,7 +39,7 @@ RowChoice::RowChoice(const Accuracy& wanted, Derivative derivative, const Cloud&
     : wanted_(wanted),
       derivative_(derivative),
       cloud_(cloud),
-      candidates_(candidates(derivative, cloud)),
+      candidates_(candidates(derivative, cloud, options.stable)),
       near_(cloud, within_two_spacings[cloud.dimension() - 1], options.threads),
       assembly_{.kernel = options.kernel,
                 .on_degenerate = OnDegenerate::Zero,
@@ -68,7 +68,7 @@ DenseVector RowChoice::errors(const Operator& op) const {
                         assembly_.threads);
 }
 
-void RowChoice::attempt(const RowCandidate& candidate) {
+void RowChoice::attempt(const RowCandidate& candidate, double hopeless_from) {
   const int P = degree(candidate.scheme);
   std::vector<int> points;
   for (const int i : left_)
@@ -79,14 +79,19 @@ void RowChoice::attempt(const RowCandidate& candidate) {
   for (int k = 0; k < std::ssize(points); ++k) {
     const int i = points[k];
     if (error[k] < rows_.error(i)) rows_.take(op, k, candidate.scheme, error[k]);
-    if (op.rows.degree[k] >= 0 && error[k] > hopeless * wanted_.tolerance) least_degree_[i] = P + 1;
+    if (op.rows.degree[k] >= 0 && error[k] > hopeless_from * wanted_.tolerance)
+      least_degree_[i] = P + 1;
   }
   std::erase_if(left_, [&](int i) { return rows_.error(i) <= wanted_.tolerance; });
 }
 
 void RowChoice::choose() {
-  for (const RowCandidate& candidate : candidates_)
-    if (!left_.empty()) attempt(candidate);
+  // Once more what seemed hopeless, where nothing is good enough.
+  for (const double skip : {hopeless, std::numeric_limits<double>::infinity()}) {
+    std::ranges::fill(least_degree_, 0);
+    for (const RowCandidate& candidate : candidates_)
+      if (!left_.empty()) attempt(candidate, skip);
+  }
   certify();
 }
 

@@ -34,7 +34,8 @@ class RowChoice {
  private:
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   DenseVector errors(const Operator& op) const;
-  void attempt(const RowCandidate& candidate);
+  /// On the rows that are left. Those whose error is that many times too large are not tried again by the same degree.
+  void attempt(const RowCandidate& candidate, double hopeless_from);
   void certify();
 
   const Accuracy& wanted_;

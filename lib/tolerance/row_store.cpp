@@ -32,6 +32,8 @@ void RowStore::drop(int i) {
 void RowStore::take(const Operator& op, int k, const Scheme& scheme, double error) {
   const int i = op.point(k), begin = op.matrix().outerIndexPtr()[k],
             end = op.matrix().outerIndexPtr()[k + 1];
+  if (places_[i].begin >= places_.size()) unused_ += places_[i].count;
+  if (unused_ > places_.size() + columns_.size() / 2) tidy();
   places_[i] = {columns_.size(), end - begin};
   columns_.insert(columns_.end(), op.matrix().innerIndexPtr() + begin,
                   op.matrix().innerIndexPtr() + end);
@@ -44,6 +46,25 @@ void RowStore::take(const Operator& op, int k, const Scheme& scheme, double erro
   rows_.degree[i] = op.rows.degree[k];
   rows_.schemes[i] = scheme;
   rows_.errors[i] = error;
+}
+
+/// Gives up what no row needs.
+void RowStore::tidy() {
+  std::vector<int> columns(columns_.begin(), columns_.begin() + std::ssize(places_));
+  std::vector<std::vector<double>> values(values_.size());
+  for (std::vector<double>& of_output : values) of_output.assign(places_.size(), 0);
+  for (Place& place : places_) {
+    if (place.begin < places_.size()) continue;
+    const auto begin = static_cast<std::ptrdiff_t>(place.begin);
+    place.begin = columns.size();
+    columns.insert(columns.end(), columns_.begin() + begin, columns_.begin() + begin + place.count);
+    for (std::size_t o = 0; o < values.size(); ++o)
+      values[o].insert(values[o].end(), values_[o].begin() + begin,
+                       values_[o].begin() + begin + place.count);
+  }
+  columns_ = std::move(columns);
+  values_ = std::move(values);
+  unused_ = 0;
 }
 
 Operator RowStore::operator_of(const DenseVector& volumes) const {

@@ -27,7 +27,10 @@ class RowStore {
     std::size_t begin;
     int count;
   };
+  void tidy();
+
   std::vector<Place> places_;
+  std::size_t unused_ = 0;                   // of columns_: rows that others have replaced
   std::vector<int> columns_;                 // those of a row that is not there first, the diagonal
   std::vector<std::vector<double>> values_;  // by output
   RowReport rows_;
