@@ -133,6 +133,8 @@ const Quantity& quantity(const std::string& wanted) {
   const auto found = std::ranges::find(table, wanted, &Quantity::name);
   if (found == std::end(table))
     throw BadUsage("--what", "--tolerance needs it: gradient, laplacian, divergence, ..");
+  if (found->derivative == Derivative::Value)
+    throw BadUsage("--what", wanted + " takes a scheme, not a tolerance: value-mls-P with --at");
   return *found;
 }
 

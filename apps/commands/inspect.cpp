@@ -1,5 +1,6 @@
 // gradpsi inspect: what an operator on the points of a file is fit for, and which rows spoil it.
 
+#include <gradpsi/error.hpp>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -40,7 +41,13 @@ Stepped assemble_with_walls(const InspectOptions& options, Problem& problem, Rep
   const auto machine = one_process(problem);
   BoundaryConditions conditions = conditions_of(options, *machine);
   machine->find_neighbours(options, report);
-  problem.op = laplacian(options, *machine, conditions, false, report);
+  const bool conditioned = !conditions.fixed.points.empty() || !conditions.walls.points.empty();
+  try {
+    problem.op = laplacian(options, *machine, conditions, conditioned, report);
+  } catch (const SolverError& error) {  // which `diffuse` would end with
+    std::cout << "no steps: " << error.what() << '\n';
+    problem.op = laplacian(options, *machine, conditions, false, report);
+  }
   Operator with_walls = problem.op;
   const std::vector<int> walls = conditions.walls.points;
   std::vector<std::string> remarks;
@@ -97,7 +104,7 @@ std::function<void()> declare_inspect(Options& options) {
       "neighbours, support_used, reciprocal_condition, outcome (0 as asked, 1 lowered,\n"
       "2 widened, 3 zero), degree, amplification, negative_share, residual,\n"
       "error_bound (times the largest derivative of u of the order above the scheme's\n"
-      "degree; nan in rows that promise less)");
+      "degree; nan in rows that promise less); with --tolerance certified_error");
   options.examples(
       "Example: gradpsi inspect points.csv --scheme laplacian-mixed-soc --support-ratio 3 "
       "-o rows.vtu");

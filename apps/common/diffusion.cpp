@@ -98,7 +98,11 @@ Operator laplacian(const ConditionOptions& options, Machine& machine,
   Operator op;
   if (options.tolerance) {
     std::ranges::sort(unused);
-    op = machine.choose_rows(options, unused, stable);
+    try {
+      op = machine.choose_rows(options, unused, stable, report);
+    } catch (const StencilError& error) {
+      throw std::runtime_error(words(error, report));
+    }
     report.seconds.weights = watch.lap();
     return op;
   }

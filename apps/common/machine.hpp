@@ -63,7 +63,7 @@ class Machine {
   /// What operators and conditions call the points.
   virtual std::vector<int> places(std::vector<int> points) const { return points; }
   /// See apps::choose_rows().
-  virtual Operator choose_rows(const OperatorOptions&, const std::vector<int>&, bool) {
+  virtual Operator choose_rows(const OperatorOptions&, const std::vector<int>&, bool, Report&) {
     throw BadUsage("--tolerance", "is for one process");
   }
   virtual Operator assemble(const Scheme& scheme, const AssemblyOptions& options) = 0;

@@ -26,9 +26,9 @@ class OneProcess : public Machine {
   void find_neighbours(const OperatorOptions& options, Report& report) override {
     apps::find_neighbours(options, problem_, report);
   }
-  Operator choose_rows(const OperatorOptions& options, const std::vector<int>& unused,
-                       bool stable) override {
-    return apps::choose_rows(options, problem_, unused, stable);
+  Operator choose_rows(const OperatorOptions& options, const std::vector<int>& unused, bool stable,
+                       Report& report) override {
+    return apps::choose_rows(options, problem_, unused, stable, report);
   }
   Operator assemble(const Scheme& scheme, const AssemblyOptions& options) override {
     return gradpsi::assemble(scheme, problem_.cloud, problem_.near, options);

@@ -201,7 +201,10 @@ void describe(const Operator& op, const Problem& problem, Report& report) {
   report.schemes.clear();
   for (const auto& scheme : op.rows.schemes)
     if (scheme) ++report.schemes[name(*scheme)];
-  if (op.rows.errors.size() > 0) report.largest_error = op.rows.errors.maxCoeff();
+  if (op.rows.errors.size() > 0) report.largest_error = 0;
+  for (int i = 0; i < op.rows.errors.size(); ++i)
+    if (std::isfinite(op.rows.errors[i]) && !std::ranges::binary_search(problem.unused, i))
+      report.largest_error = std::max(*report.largest_error, op.rows.errors[i]);
   report.neighbours = neighbour_counts(problem.near, op.rows);
   report.degenerate = degenerate_rows(op, problem.cloud);
   report.degenerate_rows = report.degenerate.count();
@@ -226,10 +229,17 @@ DenseVector wavelengths(const OperatorOptions& options, const Problem& problem) 
 }  // namespace
 
 Operator choose_rows(const OperatorOptions& options, Problem& problem,
-                     const std::vector<int>& unused, bool stable) {
+                     const std::vector<int>& unused, bool stable, Report& report) {
   const std::string policy = options.on_degenerate.value_or("fail");
   // A lone point has no extent, and no row either.
   const DenseVector lengths = wavelengths(options, problem);
+  report.tolerance = *options.tolerance;
+  report.wavelength = lengths.size() == 1 ? text(lengths[0]) : options.wavelength;
+  if (problem.table.has("support"))
+    warn(
+        {"the column 'support' is not used: rows chosen to a tolerance have supports of their own"},
+        report);
+  problem.unused = unused;
   Operator op =
       assemble_to({*options.tolerance, lengths}, Scheme(options.scheme).derivative, problem.cloud,
                   {.kernel = kernel(options.kernel),
@@ -253,7 +263,7 @@ namespace {
 void assemble_chosen(const OperatorOptions& options, Problem& problem, Report& report) {
   Stopwatch watch;
   try {
-    problem.op = choose_rows(options, problem, {}, false);
+    problem.op = choose_rows(options, problem, {}, false, report);
   } catch (const StencilError& error) {
     throw StencilError(words(error, report), error.point, error.neighbours,
                        error.reciprocal_condition);

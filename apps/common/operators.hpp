@@ -59,6 +59,8 @@ AssemblyOptions assembly_options(const OperatorOptions& options, const Table& ta
 struct Problem : Points {
   Neighbours near = {};
   Operator op = {};
+  std::vector<int> unused =
+      {};  ///< points whose rows may be anything, where rows are chosen; ascending
 };
 
 /// Reads the points, and begins the report; neighbours and operator are still empty.
@@ -80,7 +82,7 @@ void describe(const Operator& op, const Problem& problem, Report& report);
 /// @param unused  points whose rows may be anything, ascending
 /// @param stable  whether no solution of du/dt = lap u is to grow
 Operator choose_rows(const OperatorOptions& options, Problem& problem,
-                     const std::vector<int>& unused, bool stable);
+                     const std::vector<int>& unused, bool stable, Report& report);
 
 /// Finds the neighbours and assembles the operator.
 /// @param rows  points whose rows are wanted; unset: all

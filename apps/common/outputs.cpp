@@ -83,21 +83,21 @@ void write_and_report(const OperatorOptions& options, Report& report, bool suppo
 
 namespace {
 
-void print_degenerate(const DegenerateRows& degenerate) {
-  std::cout << "degenerate rows: " << degenerate.count() << ", of them " << degenerate.lowered
-            << " lowered in consistency, " << degenerate.widened << " widened, " << degenerate.zero
-            << " zero; points";
+void print_degenerate(const DegenerateRows& degenerate, bool chosen) {
+  std::cout << (chosen ? "rows that miss the tolerance: " : "degenerate rows: ")
+            << degenerate.count() << ", of them " << degenerate.lowered
+            << (chosen ? " the best there are, " : " lowered in consistency, ")
+            << degenerate.widened << " widened, " << degenerate.zero << " zero; points";
   for (std::size_t k = 0; k < std::min<std::size_t>(degenerate.rows.size(), 10); ++k)
     std::cout << ' ' << degenerate.rows[k].point;
   std::cout << (degenerate.count() > 10 ? " ...\n" : "\n");
 }
 
 /// What was assembled.
-std::string title(const OperatorOptions& options) {
+std::string title(const OperatorOptions& options, const Report& report) {
   if (!options.tolerance) return options.scheme;
   return std::string(name(Scheme(options.scheme).derivative)) + " good to " +
-         text(*options.tolerance) + " for waves of length " +
-         (options.wavelength.empty() ? "the extent of the points" : options.wavelength);
+         text(report.tolerance) + " for waves of length " + report.wavelength;
 }
 
 }  // namespace
@@ -114,10 +114,10 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
                    const std::vector<path>& files) {
   for (const path& file : files)
     if (same_file(file, "/dev/stdout")) return false;
-  std::cout << title(options) << ": " << (report.rows ? std::to_string(*report.rows) + " of " : "")
-            << report.points << " points, "
-            << (report.probes ? std::to_string(*report.probes) + " probes, " : "") << report.entries
-            << " entries a matrix, "
+  std::cout << title(options, report) << ": "
+            << (report.rows ? std::to_string(*report.rows) + " of " : "") << report.points
+            << " points, " << (report.probes ? std::to_string(*report.probes) + " probes, " : "")
+            << report.entries << " entries a matrix, "
             << (report.degenerate.zero > 0
                     ? count(report.degenerate.zero, "row") + " zero for want of an answer, "
                     : "")
@@ -132,13 +132,14 @@ bool print_summary(const OperatorOptions& options, const Report& report, bool su
       symmetry(options.scheme) != Symmetry::None)
     std::cout << "supports differ, so that the matrix is not " << name(symmetry(options.scheme))
               << " after scaling by volume; with --symmetric-support it is\n";
-  if (report.largest_error)
+  if (report.largest_error && !report.schemes.empty())
     std::cout << "rows by " << words(report.schemes) << "; largest error " << *report.largest_error
               << '\n';
   if (degree(options.scheme) > 0 && report.worst)
     std::cout << "smallest reciprocal condition number " << report.worst->reciprocal_condition
               << (report.probes ? ", at probe " : ", at point ") << report.worst->point << '\n';
-  if (report.degenerate.count() > 0) print_degenerate(report.degenerate);
+  if (report.degenerate.count() > 0)
+    print_degenerate(report.degenerate, report.largest_error.has_value());
   return true;
 }
 

@@ -142,6 +142,8 @@ std::string json(const Report& report) {
   if (!report.warnings.empty()) result["warnings"] = report.warnings;
   if (report.largest_error) {
     result["schemes"] = report.schemes;
+    result["tolerance"] = report.tolerance;
+    result["wavelength"] = report.wavelength;
     result["largest_error"] = finite(*report.largest_error);
   }
   if (report.degenerate.count() > 0) result["degenerate"] = value(report.degenerate);

@@ -106,7 +106,9 @@ struct Report {
   DegenerateRows degenerate;
   std::map<std::string, std::int64_t>
       schemes;                          ///< of rows chosen to a tolerance: how many are by each
-  std::optional<double> largest_error;  ///< of these
+  std::optional<double> largest_error;  ///< of these, of those that are not zero
+  double tolerance = 0;                 ///< that they were chosen to
+  std::string wavelength;               ///< its number, or a column
   std::optional<Inspection> inspection;
   std::optional<SolverReport> solver;
   std::optional<Steps> steps;

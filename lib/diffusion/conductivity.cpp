@@ -52,6 +52,7 @@ Operator with_conductivity(Operator laplacian, const VectorView& conductivity, M
     }
     if (diagonal) *diagonal = conductivity[i] * kept - sum;
   }
+  laplacian.rows.errors.resize(0);  // these were of the Laplacian
   return laplacian;
 }
 
@@ -71,6 +72,7 @@ Operator with_conductivity(Operator laplacian, const Operator& gradient,
       for (std::size_t axis = 0; axis < gradient.axes.size(); ++axis)
         a += slope(row, static_cast<Eigen::Index>(axis)) * gradient.axes[axis].valuePtr()[k];
     }
+  laplacian.rows.errors.resize(0);  // these were of the Laplacian
   return laplacian;
 }
 

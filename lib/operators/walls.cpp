@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -213,6 +214,8 @@ WithWalls with_walls(Operator laplacian, const Cloud& cloud, const Neighbours& n
     op.rows.outcome[row] = wall.outcome;
     op.rows.reciprocal_condition[row] = wall.reciprocal_condition;
     op.rows.degree[row] = wall.outcome == RowOutcome::AsAsked ? 2 : 1;
+    if (!op.rows.schemes.empty()) op.rows.schemes[row].reset();
+    if (op.rows.errors.size() > 0) op.rows.errors[row] = std::numeric_limits<double>::quiet_NaN();
   }
   matrix.finalize();
   return result;

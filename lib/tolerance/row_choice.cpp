@@ -16,9 +16,6 @@ namespace {
 /// The points within two spacings of one, by dimension: what volumes by number density take.
 constexpr int within_two_spacings[] = {4, 12, 32};
 
-/// No row of the same degree is good enough, where this one's error is so many times too large.
-constexpr double hopeless = 3;
-
 std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud, bool stable) {
   std::vector<RowCandidate> all = row_candidates(derivative, cloud.dimension(), stable);
   std::erase_if(all, [&](const RowCandidate& c) { return c.neighbours >= cloud.size(); });
@@ -46,6 +43,7 @@ RowChoice::RowChoice(const Accuracy& wanted, Derivative derivative, const Cloud&
                 .threads = options.threads},
       rows_(cloud.size(), target(derivative).outputs(cloud.dimension())),
       least_degree_(cloud.size(), 0),
+      tried_(cloud.size(), 0),
       left_(cloud.size()) {
   std::iota(left_.begin(), left_.end(), 0);
   if (cloud.has_volumes())
@@ -68,29 +66,31 @@ DenseVector RowChoice::errors(const Operator& op) const {
                         assembly_.threads);
 }
 
-void RowChoice::attempt(const RowCandidate& candidate, double hopeless_from) {
+void RowChoice::attempt(int c, double hopeless) {
+  const RowCandidate& candidate = candidates_[c];
   const int P = degree(candidate.scheme);
+  const std::uint64_t bit = std::uint64_t{1} << c;
   std::vector<int> points;
   for (const int i : left_)
-    if (least_degree_[i] <= P) points.push_back(i);
+    if (least_degree_[i] <= P && (tried_[i] & bit) == 0) points.push_back(i);
   if (points.empty()) return;
   const Operator op = assemble(candidate, points);
   const DenseVector error = errors(op);
   for (int k = 0; k < std::ssize(points); ++k) {
     const int i = points[k];
+    tried_[i] |= bit;
     if (error[k] < rows_.error(i)) rows_.take(op, k, candidate.scheme, error[k]);
-    if (op.rows.degree[k] >= 0 && error[k] > hopeless_from * wanted_.tolerance)
-      least_degree_[i] = P + 1;
+    if (op.rows.degree[k] >= 0 && error[k] > hopeless * wanted_.tolerance) least_degree_[i] = P + 1;
   }
   std::erase_if(left_, [&](int i) { return rows_.error(i) <= wanted_.tolerance; });
 }
 
 void RowChoice::choose() {
-  // Once more what seemed hopeless, where nothing is good enough.
-  for (const double skip : {hopeless, std::numeric_limits<double>::infinity()}) {
+  // A row that is three times too far off mostly needs a higher degree; in the end what was skipped is tried, too.
+  for (const double hopeless : {3.0, std::numeric_limits<double>::infinity()}) {
     std::ranges::fill(least_degree_, 0);
-    for (const RowCandidate& candidate : candidates_)
-      if (!left_.empty()) attempt(candidate, skip);
+    for (int c = 0; c < std::ssize(candidates_); ++c)
+      if (!left_.empty()) attempt(c, hopeless);
   }
   certify();
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "gradpsi/tolerance.hpp"
@@ -34,8 +35,9 @@ class RowChoice {
  private:
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   DenseVector errors(const Operator& op) const;
-  /// On the rows that are left. Those whose error is that many times too large are not tried again by the same degree.
-  void attempt(const RowCandidate& candidate, double hopeless_from);
+  /// Candidate c on the rows that are left and have not tried it. Those whose error is `hopeless` times too large
+  /// skip its degree.
+  void attempt(int c, double hopeless);
   void certify();
 
   const Accuracy& wanted_;
@@ -45,7 +47,8 @@ class RowChoice {
   Nearby near_;
   AssemblyOptions assembly_;
   RowStore rows_;
-  std::vector<int> least_degree_;  // of candidates that are still worth it
+  std::vector<int> least_degree_;     // of candidates that are still worth it
+  std::vector<std::uint64_t> tried_;  // a bit for each candidate
   std::vector<int> left_;
   DenseVector volumes_;
 };
