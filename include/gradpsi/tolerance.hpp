@@ -41,9 +41,10 @@ struct ToleranceOptions {
   /// What happens to a row that no candidate is good enough for: Fail throws; Lower keeps the best there is;
   /// Zero leaves it zero. Widen is none of these.
   OnDegenerate on_miss = OnDegenerate::Fail;
-  /// Of a Laplacian: whether du/dt = nu A u is to have no solution that grows, as far as forecast() can tell. Where
-  /// one would, the rows around are exchanged for those of the candidates that are good enough whose Gershgorin
-  /// discs reach least far to the right.
+  /// Of a Laplacian: whether du/dt = nu A u is to have no solution that grows, as far as forecast() can tell; rows
+  /// must have points on all sides, and fixed points, if there are any, be reached from all others by way of the rows.
+  /// Positive stencils look further for points then. Where something is wrong all the same, rows are exchanged for
+  /// those that are good enough and whose Gershgorin discs reach least far to the right.
   bool stable = false;
   std::vector<int> fixed =
       {};  ///< points whose values do not evolve, ascending: their rows may miss the tolerance
@@ -52,7 +53,7 @@ struct ToleranceOptions {
 
 /// A derivative each of whose rows is by the cheapest scheme and support that are good enough there. Candidates
 /// are least squares of degree 1 to 6, and minimal positive stencils, on each point's nearest neighbours, from as
-/// few as can be up to 1.7 times the unknowns; rows without answer at one try the next.
+/// few as can be up to 2.4 times the unknowns; rows without answer at one try the next.
 ///
 /// RowReport::schemes, supports and errors say which, and how good; rows that miss the tolerance and are kept are
 /// Lowered. Kernels' weights take volumes from the cloud, or by number density.
@@ -65,7 +66,7 @@ struct ToleranceOptions {
 ///   `stable` is asked of what is no Laplacian, or `fixed` does not ascend
 /// @throws StencilError  for the first row that misses the tolerance (Fail), naming the point, the error that its
 ///   best row has, and the tolerance that all rows meet
-/// @throws SolverError   if a solution grows all the same, naming the point
+/// @throws SolverError   if no such exchange helps (`stable`), naming a point
 Operator assemble_to(const Accuracy& wanted, Derivative derivative, const Cloud& cloud,
                      const ToleranceOptions& options = {});
 
