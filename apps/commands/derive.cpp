@@ -71,9 +71,8 @@ void run(DeriveOptions options) {
     for (const auto& [given, option] :
          {std::pair{!options.at.empty(), "--at"}, std::pair{!options.rows.empty(), "--rows"}})
       if (given) throw BadUsage(option, "is for a scheme, not for rows chosen to a tolerance");
-    options.settle(std::string(name(quantity(options.what).derivative)));
   }
-  options.settle("");
+  options.settle(options.tolerance ? std::string(name(quantity(options.what).derivative)) : "");
   const Scheme scheme = options.scheme;
   const Quantity& what = quantity(options.what, scheme);
   if (options.at.empty() && scheme.derivative == Derivative::Value)

@@ -107,14 +107,21 @@ Eigen::VectorXd supports(const OperatorOptions& options, const Table& table, con
   return *ratio * lie.spacing();
 }
 
+namespace {
+
+OnDegenerate policy(const std::string& name) {
+  return name == "fail"    ? OnDegenerate::Fail
+         : name == "lower" ? OnDegenerate::Lower
+         : name == "widen" ? OnDegenerate::Widen
+                           : OnDegenerate::Zero;
+}
+
+}  // namespace
+
 AssemblyOptions assembly_options(const OperatorOptions& options, const Table& table) {
-  const std::string policy =
-      options.on_degenerate.value_or(has_support(options, table) ? "fail" : "widen");
   return {.kernel = kernel(options.kernel),
-          .on_degenerate = policy == "fail"    ? OnDegenerate::Fail
-                           : policy == "lower" ? OnDegenerate::Lower
-                           : policy == "widen" ? OnDegenerate::Widen
-                                               : OnDegenerate::Zero,
+          .on_degenerate = policy(
+              options.on_degenerate.value_or(has_support(options, table) ? "fail" : "widen")),
           .threads = options.threads,
           .on_surface = options.on_surface};
 }
@@ -230,7 +237,6 @@ DenseVector wavelengths(const OperatorOptions& options, const Problem& problem) 
 
 Operator choose_rows(const OperatorOptions& options, Problem& problem,
                      const std::vector<int>& unused, bool stable, Report& report) {
-  const std::string policy = options.on_degenerate.value_or("fail");
   // A lone point has no extent, and no row either.
   const DenseVector lengths = wavelengths(options, problem);
   report.tolerance = *options.tolerance;
@@ -243,9 +249,7 @@ Operator choose_rows(const OperatorOptions& options, Problem& problem,
   Operator op =
       assemble_to({*options.tolerance, lengths}, Scheme(options.scheme).derivative, problem.cloud,
                   {.kernel = kernel(options.kernel),
-                   .on_miss = policy == "fail"    ? OnDegenerate::Fail
-                              : policy == "lower" ? OnDegenerate::Lower
-                                                  : OnDegenerate::Zero,
+                   .on_miss = policy(options.on_degenerate.value_or("fail")),
                    .stable = stable,
                    .fixed = unused,
                    .threads = options.threads});

@@ -221,12 +221,10 @@ std::string text(double x) {
 }
 
 double longest_wave(const Cloud& cloud) {
+  const auto [least, most] = extent(cloud);
   double longest = 0;
-  for (int a = 0; a < cloud.dimension() && cloud.size() > 0; ++a) {
-    const auto x = cloud.positions().col(a);
-    const double period = cloud.box()[a];
-    longest = std::max(longest, period > 0 ? period : x.maxCoeff() - x.minCoeff());
-  }
+  for (int a = 0; a < cloud.dimension(); ++a)
+    longest = std::max(longest, cloud.box()[a] > 0 ? cloud.box()[a] : most[a] - least[a]);
   return longest;
 }
 

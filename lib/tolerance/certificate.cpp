@@ -108,12 +108,10 @@ void Certificate<D>::gather(const Operator& op, int k, double wavenumber) {
 /// sum_j |a_ij| |s|^m / m!, of all outputs.
 template <int D>
 double Certificate<D>::all_sizes() const {
-  double squares = 0;
-  for (Eigen::Index o = 0; o < magnitudes_.cols(); ++o) {
-    const double sum = (magnitudes_.col(o).head(count_) * sizes_.head(count_)).sum();
-    squares += sum * sum;
-  }
-  return std::sqrt(squares);
+  double all = 0;  // squares may be beyond a double
+  for (Eigen::Index o = 0; o < magnitudes_.cols(); ++o)
+    all = std::hypot(all, (magnitudes_.col(o).head(count_) * sizes_.head(count_)).sum());
+  return all;
 }
 
 /// The moments of degree m less what the target makes of them, and what the degrees beyond can add.
@@ -174,7 +172,7 @@ double Certificate<D>::operator()(const Operator& op, int k, double wavenumber, 
          (m <= target_.order || beyond_ > small * series(m)))
     next_degree(++m);
   const double all = series(m), others = beyond_ + rounding_;
-  // No wave makes more of the row than its entries, nor less of the derivative than 0.
+  // No wave makes more of a row than its entries add up to, nor of the derivative than 1.
   const double most = entries + 1;
   const auto least = [&](double bound) { return bound < most ? bound : most; };
   if (all + others <= tolerance || misses(all + others)) return least(all + others);

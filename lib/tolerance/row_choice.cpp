@@ -42,8 +42,6 @@ RowChoice::RowChoice(const Accuracy& wanted, Derivative derivative, const Cloud&
                 .on_degenerate = OnDegenerate::Zero,
                 .threads = options.threads},
       rows_(cloud.size(), target(derivative).outputs(cloud.dimension())),
-      least_degree_(cloud.size(), 0),
-      tried_(cloud.size(), 0),
       left_(cloud.size()) {
   std::iota(left_.begin(), left_.end(), 0);
   if (cloud.has_volumes())
@@ -61,45 +59,49 @@ Operator RowChoice::assemble(const RowCandidate& candidate, const std::vector<in
                        .front());
 }
 
-DenseVector RowChoice::errors(const Operator& op) const {
-  return bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, wanted_.tolerance,
-                        assembly_.threads);
+DenseVector RowChoice::errors(const Operator& op, double tolerance) const {
+  return bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, tolerance, assembly_.threads);
 }
 
-void RowChoice::attempt(int c, double hopeless) {
-  const RowCandidate& candidate = candidates_[c];
-  const int P = degree(candidate.scheme);
-  const std::uint64_t bit = std::uint64_t{1} << c;
-  std::vector<int> points;
-  for (const int i : left_)
-    if (least_degree_[i] <= P && (tried_[i] & bit) == 0) points.push_back(i);
-  if (points.empty()) return;
-  const Operator op = assemble(candidate, points);
-  const DenseVector error = errors(op);
-  for (int k = 0; k < std::ssize(points); ++k) {
-    const int i = points[k];
-    tried_[i] |= bit;
-    if (error[k] < rows_.error(i)) rows_.take(op, k, candidate.scheme, error[k]);
-    if (op.rows.degree[k] >= 0 && error[k] > hopeless * wanted_.tolerance) least_degree_[i] = P + 1;
+/// Candidate by candidate on the rows that are left, as far as bounds by norms tell. A row whose error is three times
+/// too large mostly needs a higher degree.
+void RowChoice::choose_at_a_glance() {
+  constexpr double hopeless = 3;
+  std::vector<int> least_degree(cloud_.size(), 0);  // of candidates that are still worth it
+  for (const RowCandidate& candidate : candidates_) {
+    const int P = degree(candidate.scheme);
+    std::vector<int> points;
+    for (const int i : left_)
+      if (least_degree[i] <= P) points.push_back(i);
+    if (points.empty()) continue;
+    const Operator op = assemble(candidate, points);
+    const DenseVector error = errors(op, wanted_.tolerance);
+    for (int k = 0; k < std::ssize(points); ++k) {
+      const int i = points[k];
+      if (error[k] < rows_.error(i)) rows_.take(op, k, candidate.scheme, error[k]);
+      if (op.rows.degree[k] >= 0 && error[k] > hopeless * wanted_.tolerance)
+        least_degree[i] = P + 1;
+    }
+    keep_left();
   }
-  std::erase_if(left_, [&](int i) { return rows_.error(i) <= wanted_.tolerance; });
 }
 
 void RowChoice::choose() {
-  // A row that is three times too far off mostly needs a higher degree; in the end what was skipped is tried, too.
-  for (const double hopeless : {3.0, std::numeric_limits<double>::infinity()}) {
-    std::ranges::fill(least_degree_, 0);
-    for (int c = 0; c < std::ssize(candidates_); ++c)
-      if (!left_.empty()) attempt(c, hopeless);
+  choose_at_a_glance();
+  rows_.report().errors = errors(rows_.operator_of(volumes_), 0);
+  keep_left();
+  // Where nothing seemed good enough, all candidates in earnest.
+  for (const RowCandidate& candidate : candidates_) {
+    if (left_.empty()) return;
+    const Operator op = assemble(candidate, left_);
+    const DenseVector error = errors(op, 0);
+    for (int k = 0; k < std::ssize(left_); ++k)
+      if (error[k] < rows_.error(left_[k])) rows_.take(op, k, candidate.scheme, error[k]);
+    keep_left();
   }
-  certify();
 }
 
-/// The bounds to the end.
-void RowChoice::certify() {
-  const Operator op = rows_.operator_of(volumes_);
-  rows_.report().errors =
-      bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, 0, assembly_.threads);
+void RowChoice::keep_left() {
   std::erase_if(left_, [&](int i) { return rows_.error(i) <= wanted_.tolerance; });
 }
 
@@ -107,7 +109,7 @@ void RowChoice::choose_anew(const std::vector<int>& points) {
   std::vector<double> reach(points.size(), std::numeric_limits<double>::infinity());
   for (const RowCandidate& candidate : candidates_) {
     const Operator op = assemble(candidate, points);
-    const DenseVector error = errors(op);
+    const DenseVector error = errors(op, 0);
     for (int k = 0; k < std::ssize(points); ++k) {
       const double right = gershgorin_reach(op.matrix(), k, points[k]);
       if (error[k] > wanted_.tolerance || right >= reach[k]) continue;
@@ -115,7 +117,6 @@ void RowChoice::choose_anew(const std::vector<int>& points) {
       rows_.take(op, k, candidate.scheme, error[k]);
     }
   }
-  certify();
 }
 
 std::vector<int> RowChoice::around(int i, int count) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "gradpsi/tolerance.hpp"
@@ -26,19 +25,17 @@ class RowChoice {
   std::vector<int> around(int i, int count);
 
   const Cloud& cloud() const { return cloud_; }
-  const std::vector<int>& left() const {
-    return left_;
-  }  ///< that none is good enough for, ascending
+  /// The points that none is good enough for, ascending.
+  const std::vector<int>& left() const { return left_; }
   RowStore& rows() { return rows_; }
   const DenseVector& volumes() const { return volumes_; }
 
  private:
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
-  DenseVector errors(const Operator& op) const;
-  /// Candidate c on the rows that are left and have not tried it. Those whose error is `hopeless` times too large
-  /// skip its degree.
-  void attempt(int c, double hopeless);
-  void certify();
+  /// See bounded_errors().
+  DenseVector errors(const Operator& op, double tolerance) const;
+  void choose_at_a_glance();
+  void keep_left();
 
   const Accuracy& wanted_;
   Derivative derivative_;
@@ -47,14 +44,12 @@ class RowChoice {
   Nearby near_;
   AssemblyOptions assembly_;
   RowStore rows_;
-  std::vector<int> least_degree_;     // of candidates that are still worth it
-  std::vector<std::uint64_t> tried_;  // a bit for each candidate
   std::vector<int> left_;
   DenseVector volumes_;
 };
 
 /// How far the Gershgorin disc of row k about point i reaches to the right of 0, in units of the diagonal: 0 or
-/// less for rows that no field grows by; 2 or more without a negative diagonal.
+/// less for rows that no field grows by; infinity without a negative diagonal.
 double gershgorin_reach(const SparseMatrix& A, int k, int i);
 
 }  // namespace gradpsi

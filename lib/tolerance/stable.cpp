@@ -94,10 +94,11 @@ Trouble trouble(RowChoice& choice, const std::vector<int>& evolving,
            coordinates(cloud.positions(), point) + ")";
   };
   if (const std::vector<int> cut = unreached(op.matrix(), fixed); !cut.empty())
-    return {cut, "no fixed point reaches the one " + at(cut.front()) + ", nor " +
-                     std::to_string(cut.size() - 1) + " others"};
+    return {cut, "no fixed value reaches " + std::to_string(cut.size()) +
+                     (cut.size() == 1 ? " point, the one " : " points, the first ") +
+                     at(cut.front())};
   if (const std::vector<int> rows = one_sided(cloud, op.matrix(), evolving); !rows.empty())
-    return {rows, "the row has points on one side only " + at(rows.front())};
+    return {rows, "a row has points on one side only, the one " + at(rows.front())};
   const Forecast growth = forecast(cloud, op.matrix(), evolving, op.volumes);
   if (!growth.grows) return {};
   return {suspects(choice, op.matrix(), evolving, growth.point),
@@ -117,9 +118,8 @@ void make_stable(RowChoice& choice, const std::vector<int>& fixed) {
     std::vector<int> points, now;
     std::ranges::set_difference(found.points, exchanged, std::back_inserter(points));
     if (points.empty())
-      throw SolverError(found.words +
-                        " with every row that is good enough; a larger tolerance allows others, as "
-                        "does a fixed value there");
+      throw SolverError("with every row that is good enough " + found.words +
+                        "; a larger tolerance allows others");
     choice.choose_anew(points);
     std::ranges::set_union(exchanged, points, std::back_inserter(now));
     exchanged = std::move(now);

@@ -111,6 +111,24 @@ TEST(Diagnosis, TheFivePointLaplacianIsKnown) {
   EXPECT_TRUE(singular_steps(all).empty());
 }
 
+// Whatever the method: the powers' sums are the powers' traces. In units in which squares overflow, too.
+TEST(Spectrum, HasTheTracesOfThePowers) {
+  std::srand(7);
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Random(23, 23);
+  const ComplexVector values = spectrum(sparse(A)).values;
+  EXPECT_GT(values.imag().maxCoeff(), 0.5);
+  Eigen::MatrixXd power = A;
+  for (int k = 1; k <= 4; ++k, power *= A)
+    EXPECT_LT(std::abs(values.array().pow(k).sum() - power.trace()), 1e-10 * power.norm()) << k;
+  const ComplexVector large = spectrum(sparse(1e200 * A)).values;
+  EXPECT_LT((large / 1e200 - values).norm(), 1e-10);
+  const Eigen::MatrixXd S = A + A.transpose();
+  const DenseVector ones = DenseVector::Ones(23);
+  const ComplexVector real = spectrum(sparse(S), ones).values;
+  EXPECT_LT(std::abs(real.array().square().sum() - S.squaredNorm()), 1e-10 * S.squaredNorm());
+  EXPECT_LT((spectrum(sparse(1e200 * S), ones).values / 1e200 - real).norm(), 1e-10);
+}
+
 // A rotation scaled by 3: eigenvalues +-3i. Euler amplifies at any step; RK4 does not up to 2 sqrt(2).
 TEST(Spectrum, OfARotationAllowsRungeKuttaStepsOnly) {
   const Spectrum pair = spectrum(sparse(Eigen::Matrix2d{{-1e-9, 3}, {-3, -1e-9}}));
