@@ -67,9 +67,9 @@ do for [format in "svg png"] {
           fronts skip 1 using (strcol(1) eq kind && strcol(2) eq word(costs, k) && \
             strcol(3) eq arrangement ? $4 : NaN):5 with steps lw 2 lc rgb "#e69f00", \
           csv skip 1 using (is_of(kind, arrangement) && strcol(19) eq "chosen" && stable(1) ? cost(k) : NaN):(error(k)) \
-            with points pt 1 ps 0.9 lw 1.6 lc rgb "#cc3311", \
+            with points pt 1 ps 1.1 lw 2 lc rgb "#00b4d8", \
           csv skip 1 using (is_of(kind, arrangement) && strcol(19) eq "chosen" && stable(0) ? cost(k) : NaN):(error(k)) \
-            with points pt 2 ps 0.7 lw 1 lc rgb "#cc3311"
+            with points pt 2 ps 0.8 lw 1.4 lc rgb "#00b4d8"
       }
     }
     set size 1, 1 - 2 * height
@@ -88,8 +88,8 @@ do for [format in "svg png"] {
       NaN with points pt 6 ps 1.2 lc rgb (kind eq "gradient" ? "white" : "#666666") \
         title (kind eq "gradient" ? " " : "hollow: grows"), \
       NaN with points pt 7 ps 0.3 lc rgb "#c0c0c0" title "other kernels", \
-      NaN with points pt 1 ps 1.2 lw 1.6 lc rgb "#cc3311" title "rows chosen to a tolerance", \
-      NaN with lines lw 2 lc rgb "#e69f00" title "front of single schemes"
+      NaN with points pt 1 ps 1.2 lw 2 lc rgb "#00b4d8" title "chosen rows", \
+      NaN with lines lw 2 lc rgb "#e69f00" title "Pareto front"
     unset multiplot
     unset output
     set autoscale

@@ -118,8 +118,10 @@ void make_stable(RowChoice& choice, const std::vector<int>& fixed) {
     std::vector<int> points, now;
     std::ranges::set_difference(found.points, exchanged, std::back_inserter(points));
     if (points.empty())
-      throw SolverError("with every row that is good enough " + found.words +
-                        "; a larger tolerance allows others");
+      throw SolverError(
+          "with every row that is good enough " + found.words +
+          "; where points end they want a condition (a fixed value, a wall), elsewhere a "
+          "larger tolerance allows other rows");
     choice.choose_anew(points);
     std::ranges::set_union(exchanged, points, std::back_inserter(now));
     exchanged = std::move(now);
