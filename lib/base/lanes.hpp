@@ -61,6 +61,13 @@ template <class V>
   return x;
 }
 
+/// x rounded to the nearest whole number, for |x| < 2^51.
+template <class V>
+[[gnu::always_inline]] inline V rounded(V x) {
+  constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52
+  return (x + shift) - shift;
+}
+
 [[gnu::always_inline]] inline double square_root(double x) { return __builtin_sqrt(x); }
 
 template <class V>

@@ -47,10 +47,10 @@ struct Attempt {
 
 template <class AnyRow>
 Attempt attempt(const Equations& equations, const Cloud& cloud, const DenseVector& volumes,
-                const std::vector<int>& points, const DenseVector& supports,
-                const AssemblyOptions& options) {
+                const Surroundings& neighbours, const std::vector<int>& points,
+                const DenseVector& supports, const AssemblyOptions& options) {
   const int count = static_cast<int>(points.size());
-  const Neighbours near = neighbours_around(cloud, points, supports, options.threads);
+  const Neighbours near = neighbours(points, supports);
   Attempt result{supports, empty_report(count), std::vector<WidenedRow>(count)};
   parallel_chunks(count, 16, options.threads,
                   [&, row = AnyRow(options.kernel)](int begin, int end) mutable {
@@ -94,6 +94,8 @@ WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenR
   for (int k = 0; k < rows.count; ++k)
     if (op.rows.outcome[k] == RowOutcome::Zero) zero.push_back(k);
   WidenedRows solved;
+  if (zero.empty()) return solved;
+  const Surroundings neighbours = surroundings(cloud, op.rows.supports.maxCoeff(), options.threads);
   for (double factor = step; factor <= widest && !zero.empty(); factor *= step) {
     std::vector<int> points;
     DenseVector supports(std::ssize(zero));
@@ -103,9 +105,10 @@ WidenedRows widened_rows(const Scheme& scheme, const Cloud& cloud, const ChosenR
     }
     Attempt tried =
         on_surface(cloud, options)
-            ? attempt<SurfaceRow>(asked, cloud, op.volumes, points, supports, options)
+            ? attempt<SurfaceRow>(asked, cloud, op.volumes, neighbours, points, supports, options)
             : dispatch(cloud.dimension(), [&](auto d) {
-                return attempt<Row<d>>(asked, cloud, op.volumes, points, supports, options);
+                return attempt<Row<d>>(asked, cloud, op.volumes, neighbours, points, supports,
+                                       options);
               });
     zero = take(tried, zero, op.rows, solved);
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -265,16 +266,13 @@ Neighbours find(const Cloud& cloud, const VectorView& supports, double skin, con
   return near;
 }
 
+/// @param place  of each point, in tree order
 template <int D>
-Neighbours around(const Cloud& cloud, const std::vector<int>& points, const VectorView& supports,
-                  int threads) {
+Neighbours around(const Cloud& cloud, const Tree<D>& tree, const std::vector<int>& place,
+                  const std::vector<int>& points, const VectorView& supports, int threads) {
   const int count = static_cast<int>(points.size());
   Neighbours near{IndexVector::Zero(count + 1), {}, supports};
   if (count == 0) return near;
-  const Tree<D> tree(cloud, supports.maxCoeff(), threads);
-  std::vector<int> place(cloud.size());  // in tree order
-  for (int k = 0; k < tree.size(); ++k) place[tree.number(k)] = k;
-
   std::vector<std::vector<int>> rows(count);
   parallel_chunks(count, 16, threads, [&, search = LeafSearch<D>()](int begin, int end) mutable {
     for (int k = begin; k < end; ++k) {
@@ -331,10 +329,16 @@ Neighbours find_neighbours(const Cloud& cloud, double support, Skin skin, int th
   return find_neighbours(cloud, DenseVector::Constant(1, support), skin, threads);
 }
 
-Neighbours neighbours_around(const Cloud& cloud, const std::vector<int>& points,
-                             const VectorView& supports, int threads) {
-  return dispatch(cloud.dimension(), [&](auto d) {
-    return around<decltype(d)::value>(cloud, points, supports, threads);
+Surroundings surroundings(const Cloud& cloud, double length, int threads) {
+  return dispatch(cloud.dimension(), [&](auto d) -> Surroundings {
+    constexpr int D = decltype(d)::value;
+    const auto tree = std::make_shared<const Tree<D>>(cloud, length, threads);
+    std::vector<int> place(cloud.size());
+    for (int k = 0; k < tree->size(); ++k) place[tree->number(k)] = k;
+    return [&cloud, tree, place = std::move(place), threads](const std::vector<int>& points,
+                                                             const VectorView& supports) {
+      return around<D>(cloud, *tree, place, points, supports, threads);
+    };
   });
 }
 

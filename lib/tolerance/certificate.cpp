@@ -1,191 +1,123 @@
 #include "tolerance/certificate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
 #include "base/text.hpp"
 #include "gradpsi/error.hpp"
 #include "gradpsi/tolerance.hpp"
+#include "schemes/targets.hpp"
+#include "tolerance/bounds.hpp"
 #include "tolerance/directions.hpp"
 
 namespace gradpsi {
-
 namespace {
 
-/// Those of degree m, after those of the degree before.
-/// @param begin  of the degree before, those whose factors are s_a or later ones
-template <int D>
-Degree<D> next_after(const std::vector<Degree<D>>& before, std::array<std::size_t, D>& begin) {
-  if (before.empty())
-    return {{{0, 0, 1, {}}}, Eigen::MatrixXd::Ones(directions(D).axes.rows(), 1), 1};
-  const auto& last = before.back();
-  Degree<D> result{{}, {}, static_cast<double>(before.size()) * last.factorial};
-  for (int a = 0; a < D; ++a) {
-    const std::size_t first = begin[a];
-    begin[a] = result.monomials.size();
-    for (std::size_t rest = first; rest < last.monomials.size(); ++rest) {
-      auto monomial = last.monomials[rest];
-      monomial.factor = a;
-      monomial.rest = static_cast<int>(rest);
-      monomial.factorial *= ++monomial.powers[a];
-      result.monomials.push_back(monomial);
+double factorial(int m) { return m < 2 ? 1 : m * factorial(m - 1); }
+
+/// The monomials of degree m.
+std::vector<Monomial> monomials(int dimension, int m) {
+  std::vector<Monomial> result;
+  for (int a = m; a >= 0; --a)
+    for (int b = m - a; b >= 0; --b) {
+      const std::array<int, 3> powers = {a, b, m - a - b};
+      if ((dimension < 2 && a < m) || (dimension < 3 && powers[2] > 0)) continue;
+      Monomial& next = result.emplace_back();
+      next.factorial = 1;
+      for (int axis = 0; axis < 3; ++axis) {
+        next.powers[axis] = powers[axis];
+        next.factorial *= factorial(powers[axis]);
+      }
     }
-  }
-  result.at_directions.resize(last.at_directions.rows(), std::ssize(result.monomials));
-  for (Eigen::Index c = 0; c < result.at_directions.cols(); ++c)
-    result.at_directions.col(c) =
-        last.at_directions.col(result.monomials[c].rest)
-            .cwiseProduct(directions(D).axes.col(result.monomials[c].factor));
   return result;
 }
 
-/// Up to that of the longest series.
+/// Of the directions: directions x monomials.
+std::vector<double> at_directions(int dimension, const std::vector<Monomial>& of_degree) {
+  std::vector<double> result;
+  for (const auto& axis : directions(dimension).axes.rowwise())
+    for (const Monomial& monomial : of_degree) {
+      double product = 1;
+      for (int a = 0; a < dimension; ++a)
+        for (int power = 0; power < monomial.powers[a]; ++power) product *= axis[a];
+      result.push_back(product);
+    }
+  return result;
+}
+
+/// What does not depend on the derivative.
+struct Degree {
+  std::vector<Monomial> monomials;
+  std::vector<double> at_directions;
+};
+
+constexpr int highest_degree(int dimension) { return dimension == 3 ? 10 : 14; }
+
 template <int D>
-const std::vector<Degree<D>>& degrees(int highest) {
-  static const std::vector<Degree<D>> all = [highest] {
-    std::vector<Degree<D>> result;
-    std::array<std::size_t, D> begin{};
-    for (int m = 0; m <= highest; ++m) result.push_back(next_after<D>(result, begin));
+const std::vector<Degree>& degrees() {
+  static const std::vector<Degree> all = [] {
+    std::vector<Degree> result;
+    for (int m = 0; m <= highest_degree(D); ++m) {
+      const std::vector<Monomial> of_degree = gradpsi::monomials(D, m);
+      result.push_back({of_degree, gradpsi::at_directions(D, of_degree)});
+    }
     return result;
   }();
   return all;
 }
 
-}  // namespace
-
-template <int D>
-Certificate<D>::Certificate(const Target& target, const Cloud& cloud)
-    : target_(target), cloud_(cloud), degrees_(degrees<D>(highest)) {
-  for (const Degree<D>& degree : degrees_) {
-    Eigen::MatrixXd asked(std::ssize(degree.monomials), target.outputs(D));
-    for (Eigen::Index c = 0; c < asked.rows(); ++c)
-      for (Eigen::Index o = 0; o < asked.cols(); ++o)
-        asked(c, o) = target.of(static_cast<int>(o), degree.monomials[c].powers);
-    defects_.push_back(asked);
-    asked_.push_back(std::move(asked));
-  }
-}
-
-template <int D>
-void Certificate<D>::gather(const Operator& op, int k, double wavenumber) {
-  const SparseMatrix& pattern = op.axes.front();
-  const int begin = pattern.outerIndexPtr()[k], i = op.point(k);
-  count_ = pattern.outerIndexPtr()[k + 1] - begin;
-  if (count_ > offsets_.rows()) {
-    const auto room = 2 * count_, most = std::ssize(degrees_.back().monomials);
-    offsets_.resize(room, D);
-    weights_.resize(room, std::ssize(op.axes));
-    magnitudes_.resize(room, std::ssize(op.axes));
-    products_.resize(room, most);
-    last_.resize(room, most);
-    lengths_.resize(room);
-    sizes_.resize(room);
-  }
-  for (Eigen::Index e = 0; e < count_; ++e) {
-    const int j = pattern.innerIndexPtr()[begin + e];
-    Vector<D> s = Vector<D>::Zero();
-    if (j != i) s = wavenumber * displacement<D>(cloud_, i, j);
-    offsets_.row(e) = s.array().transpose();
-    lengths_[e] = s.norm();
-  }
-  double unit = 1;
-  for (int q = 0; q < target_.order; ++q) unit /= wavenumber;
-  for (Eigen::Index o = 0; o < weights_.cols(); ++o) {
-    weights_.col(o).head(count_) =
-        unit * Eigen::Map<const Eigen::ArrayXd>(op.axes[o].valuePtr() + begin, count_);
-    magnitudes_.col(o).head(count_) = weights_.col(o).head(count_).abs();
-  }
-  sizes_.head(count_).setOnes();
-  beyond_ = all_sizes();
-  rounding_ = 0;
-}
-
-/// sum_j |a_ij| |s|^m / m!, of all outputs.
-template <int D>
-double Certificate<D>::all_sizes() const {
-  double all = 0;  // squares may be beyond a double
-  for (Eigen::Index o = 0; o < magnitudes_.cols(); ++o)
-    all = std::hypot(all, (magnitudes_.col(o).head(count_) * sizes_.head(count_)).sum());
-  return all;
-}
-
-/// The moments of degree m less what the target makes of them, and what the degrees beyond can add.
-template <int D>
-void Certificate<D>::next_degree(int m) {
-  const Degree<D>& degree = degrees_[m];
-  if (m > 0) last_.swap(products_);
-  Eigen::MatrixXd& defects = defects_[m];
-  double squares = 0;
-  for (Eigen::Index c = 0; c < defects.rows(); ++c) {
-    const auto& monomial = degree.monomials[c];
-    auto product = products_.col(c).head(count_);
-    if (m == 0)
-      product.setOnes();
-    else
-      product = last_.col(monomial.rest).head(count_) * offsets_.col(monomial.factor).head(count_);
-    for (Eigen::Index o = 0; o < defects.cols(); ++o) {
-      const double moment = (product * weights_.col(o).head(count_)).sum();
-      const double off = (moment - asked_[m](c, o)) / monomial.factorial;
-      defects(c, o) = off;
-      squares += off * off * monomial.factorial;
+/// BoundTables, and the memory behind them.
+class Tables {
+ public:
+  Tables(const Target& target, int dimension) : asked_(highest_degree(dimension) + 1) {
+    const std::vector<Degree>& all = *dispatch(dimension, [](auto d) { return &degrees<d>(); });
+    const int outputs = target.outputs(dimension);
+    for (std::size_t m = 0; m < all.size(); ++m) {
+      for (const Monomial& monomial : all[m].monomials)
+        for (int o = 0; o < outputs; ++o)
+          asked_[m].push_back(target.of(o, {monomial.powers, static_cast<std::size_t>(dimension)}));
+      const double angle = static_cast<double>(m) * directions(dimension).apart;
+      degrees_.push_back({static_cast<int>(all[m].monomials.size()), all[m].monomials.data(),
+                          asked_[m].data(), all[m].at_directions.data(),
+                          factorial(static_cast<int>(m)),
+                          angle > std::numbers::pi / 3 ? std::numeric_limits<double>::infinity()
+                                                       : 1 / std::cos(angle)});
     }
+    of_all_ = {target.order, outputs, highest_degree(dimension),
+               static_cast<int>(directions(dimension).axes.rows()), degrees_.data()};
   }
-  largest_[m] = std::sqrt(squares / degree.factorial);  // the Frobenius norm of the tensor
-  constexpr double eps = std::numeric_limits<double>::epsilon();
-  rounding_ += static_cast<double>(count_ + m + 4) * eps * beyond_;
-  sizes_.head(count_) *= lengths_.head(count_) / (m + 1);
-  beyond_ = all_sizes();
+  Tables(const Tables&) = delete;
+  Tables& operator=(const Tables&) = delete;
+
+  const BoundTables& of_all() const { return of_all_; }
+
+ private:
+  std::vector<std::vector<double>> asked_;
+  std::vector<DegreeTable> degrees_;
+  BoundTables of_all_;
+};
+
+BoundRows bound_rows(const Cloud& cloud, const Operator& op, const VectorView& wavelengths,
+                     double tolerance) {
+  BoundRows rows{.x = cloud.positions().data(),
+                 .box = {cloud.box()[0], cloud.box()[1], cloud.box()[2]},
+                 .outer = op.matrix().outerIndexPtr(),
+                 .inner = op.matrix().innerIndexPtr(),
+                 .points = op.points.empty() ? nullptr : op.points.data(),
+                 .values = {},
+                 .wavelengths = wavelengths.data(),
+                 .one_wavelength = wavelengths.size() == 1,
+                 .tolerance = tolerance};
+  for (std::size_t o = 0; o < op.axes.size(); ++o) rows.values[o] = op.axes[o].valuePtr();
+  return rows;
 }
-
-/// Of the degrees 0 to `degrees`, real and imaginary parts.
-template <int D>
-double Certificate<D>::series(int degrees) const {
-  double parts[2] = {};
-  for (int m = 0; m <= degrees; ++m) parts[m % 2] += largest_[m];
-  return std::hypot(parts[0], parts[1]);
-}
-
-template <int D>
-double Certificate<D>::worst_direction(int m) const {
-  const double angle = m * directions(D).apart;
-  if (angle > std::numbers::pi / 3) return largest_[m];
-  const double found = (degrees_[m].at_directions * defects_[m]).rowwise().squaredNorm().maxCoeff();
-  return std::min(largest_[m], std::sqrt(found) / std::cos(angle));
-}
-
-template <int D>
-double Certificate<D>::operator()(const Operator& op, int k, double wavenumber, double tolerance) {
-  constexpr double small = 0.02, beyond_doubt = 4;
-  const auto misses = [&](double bound) {
-    return tolerance > 0 && bound > beyond_doubt * tolerance;
-  };
-  gather(op, k, wavenumber);
-  const double entries = beyond_;
-  int m = 0;
-  next_degree(m);
-  while (m < highest && !(m > target_.order && misses(series(m))) &&
-         (m <= target_.order || beyond_ > small * series(m)))
-    next_degree(++m);
-  const double all = series(m), others = beyond_ + rounding_;
-  // No wave makes more of a row than its entries add up to, nor of the derivative than 1.
-  const double most = entries + 1;
-  const auto least = [&](double bound) { return bound < most ? bound : most; };
-  if (all + others <= tolerance || misses(all + others)) return least(all + others);
-  for (int degree = 1; degree <= m; ++degree)
-    if (largest_[degree] > small * all) largest_[degree] = worst_direction(degree);
-  return least(series(m) + others);
-}
-
-template class Certificate<1>;
-template class Certificate<2>;
-template class Certificate<3>;
-
-namespace {
 
 void check(const Target& target, const Cloud& cloud, const Operator& op,
            const VectorView& wavelengths) {
@@ -212,20 +144,27 @@ void check_wavelengths(int order, int n, const VectorView& wavelengths) {
 
 DenseVector bounded_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
                            const VectorView& wavelengths, double tolerance, int threads) {
-  const Target& target = gradpsi::target(derivative);
-  const auto rows = static_cast<int>(op.matrix().rows());
-  DenseVector errors(rows);
-  dispatch(cloud.dimension(), [&](auto d) {
-    parallel_chunks(rows, 256, threads,
-                    [&, bound = Certificate<d>(target, cloud)](int begin, int end) mutable {
-                      for (int k = begin; k < end; ++k) {
-                        const double L = wavelengths[wavelengths.size() == 1 ? 0 : op.point(k)];
-                        errors[k] = op.rows.outcome[k] == RowOutcome::Zero
-                                        ? std::numeric_limits<double>::infinity()
-                                        : bound(op, k, 2 * std::numbers::pi / L, tolerance);
-                      }
-                    });
-  });
+  const Tables tables(target(derivative), cloud.dimension());
+  const SparseMatrix& pattern = op.matrix();
+  const BoundRows rows = bound_rows(cloud, op, wavelengths, tolerance);
+  const int* const outer = pattern.outerIndexPtr();
+  const BoundFunction bound = bound_kernels(cpu()).of[cloud.dimension() - 1];
+  DenseVector errors(pattern.rows());
+  parallel_chunks(
+      static_cast<int>(pattern.rows()), 256, threads,
+      [&, some = std::vector<int>(), memory = std::vector<double>()](int begin, int end) mutable {
+        some.clear();
+        int longest = 0;
+        for (int k = begin; k < end; ++k) {
+          errors[k] = std::numeric_limits<double>::infinity();
+          if (op.rows.outcome[k] == RowOutcome::Zero) continue;
+          some.push_back(k);
+          longest = std::max(longest, outer[k + 1] - outer[k]);
+        }
+        memory.resize(bound_memory(cloud.dimension(), tables.of_all(), longest));
+        bound(tables.of_all(), rows, some.data(), static_cast<int>(some.size()), longest,
+              errors.data(), memory.data());
+      });
   return errors;
 }
 

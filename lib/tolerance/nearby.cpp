@@ -2,117 +2,131 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
+#include "search/candidates.hpp"
 #include "search/check.hpp"
 #include "tolerance/candidates.hpp"
 
 namespace gradpsi {
 namespace {
 
-/// Distances squared to the neighbours of `points`.
-template <int D>
-std::vector<double> squared_distances(const Cloud& cloud, const Neighbours& near,
-                                      const std::vector<int>& points, int threads) {
-  std::vector<double> squared(near.indices.size());
-  parallel_chunks(static_cast<int>(points.size()), 256, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      for (int e = near.offsets[points[k]]; e < near.offsets[points[k] + 1]; ++e)
-        squared[e] = displacement<D>(cloud, points[k], near.indices[e]).squaredNorm();
-  });
-  return squared;
-}
-
-/// The supports of `points` with `count` neighbours, as far as their lists are long enough.
-DenseVector supports_of(const Neighbours& wide, const std::vector<double>& squared,
-                        const std::vector<int>& points, int count, int threads) {
-  DenseVector supports = wide.supports;
-  parallel_chunks(static_cast<int>(points.size()), 256, threads, [&](int begin, int end) {
-    std::vector<double> some;
-    for (int k = begin; k < end; ++k) {
-      const int i = points[k];
-      if (wide.count(i) < count) continue;
-      some.assign(squared.begin() + wide.offsets[i], squared.begin() + wide.offsets[i + 1]);
-      std::ranges::nth_element(some, some.begin() + count - 1);
-      supports[i] = std::min(supports[i], beyond_last * std::sqrt(some[count - 1]));
-    }
-  });
-  return supports;
-}
-
-/// The parts of lists within `supports`.
-Neighbours within(const Neighbours& wide, const std::vector<double>& squared,
-                  const std::vector<int>& points, const DenseVector& supports, int threads) {
-  const auto n = static_cast<int>(wide.offsets.size()) - 1, count = static_cast<int>(points.size());
-  const auto inside = [&](int i, int e) { return squared[e] < supports[i] * supports[i]; };
-  Neighbours near{IndexVector::Zero(n + 1), {}, supports, wide.order};
-  parallel_chunks(count, 256, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k)
-      for (int i = points[k], e = wide.offsets[i]; e < wide.offsets[i + 1]; ++e)
-        near.offsets[i + 1] += inside(i, e);
-  });
-  std::partial_sum(near.offsets.begin(), near.offsets.end(), near.offsets.begin());
-  near.indices.resize(near.offsets[n]);
-  parallel_chunks(count, 256, threads, [&](int begin, int end) {
-    for (int k = begin; k < end; ++k) {
-      int at = near.offsets[points[k]];
-      for (int i = points[k], e = wide.offsets[i]; e < wide.offsets[i + 1]; ++e)
-        if (inside(i, e)) near.indices[at++] = wide.indices[e];
-    }
-  });
-  return near;
+/// Of all points within beyond_last times the distance to the `count` nearest ones, if they lie evenly.
+int with_those_beyond(int count, int dimension) {
+  return static_cast<int>(std::ceil(count * std::pow(beyond_last, dimension)));
 }
 
 }  // namespace
 
-Nearby::Nearby(const Cloud& cloud, int count, int threads)
+Nearby::Nearby(const Cloud& cloud, int count, int most, int threads)
     : cloud_(cloud),
+      most_(with_those_beyond(most, cloud.dimension())),
       threads_(threads),
       supports_((1 + 1e-9) * beyond_last *
                 kth_nearest_distances(cloud, std::min(count, cloud.size() - 1), threads)),
-      wide_{} {
+      lists_(cloud.size()) {
   supports_ = supports_.cwiseMin(largest_support(cloud));
   std::vector<int> all(cloud.size());
   std::iota(all.begin(), all.end(), 0);
-  find(all);
+  Neighbours near = find_neighbours(cloud, supports_, all, threads);
+  keep(all, near, true);
+  order_ = std::move(near.order);
 }
 
-void Nearby::find(const std::vector<int>& points) {
-  wide_ = find_neighbours(cloud_, supports_, points, threads_);
-  squared_ = dispatch(cloud_.dimension(), [&](auto d) {
-    return squared_distances<d>(cloud_, wide_, points, threads_);
+/// Takes the lists of these points: row k, or, of all of them, row i.
+void Nearby::keep(const std::vector<int>& points, const Neighbours& near, bool all) {
+  const std::size_t before = indices_.size();
+  indices_.insert(indices_.end(), near.indices.begin(), near.indices.end());
+  squared_.resize(indices_.size());
+  dispatch(cloud_.dimension(), [&](auto d) {
+    parallel_chunks(static_cast<int>(points.size()), 256, threads_, [&](int begin, int end) {
+      for (int k = begin; k < end; ++k) {
+        const int i = points[k], row = all ? i : k;
+        lists_[i] = {before + near.offsets[row], near.count(row)};
+        for (std::size_t e = lists_[i].begin; e < lists_[i].begin + lists_[i].count; ++e)
+          squared_[e] = squared_distance<d>(cloud_, i, indices_[e]);
+      }
+    });
   });
 }
 
-/// Makes the lists of these points long enough.
+/// Makes the lists of these points long enough; of a few, as long as any can want.
 void Nearby::reach(const std::vector<int>& points, int count) {
   const double most = largest_support(cloud_);
+  const auto is_long = [&](int i) { return lists_[i].count >= count || supports_[i] >= most; };
   count = std::min(count, cloud_.size() - 1);
-  if (std::ranges::any_of(points, [&](int i) { return wide_.count(i) == 0; }))
-    find(points);  // the lists of other points were kept
-  for (;;) {
-    bool longer = false;
-    for (const int i : points)
-      if (wide_.count(i) < count && supports_[i] < most) {
-        // As if points lay evenly, and a bit more.
-        const double more = static_cast<double>(count) / std::max(wide_.count(i), 1);
-        const double growth = 1.1 * std::pow(more, 1.0 / cloud_.dimension());
-        supports_[i] = std::min(std::min(growth, 2.0) * supports_[i], most);
-        longer = true;
-      }
-    if (!longer) return;
-    find(points);
+  std::vector<int> shorter;
+  std::ranges::remove_copy_if(points, std::back_inserter(shorter), is_long);
+  const bool few = std::ssize(shorter) < cloud_.size() / 8;
+  if (few) count = std::min(most_, cloud_.size() - 1);
+  while (!shorter.empty()) {
+    for (const int i : shorter) {
+      // As if points lay evenly, and a bit more.
+      const double more = static_cast<double>(count) / std::max(lists_[i].count, 1);
+      const double growth = 1.1 * std::pow(more, 1.0 / cloud_.dimension());
+      supports_[i] = std::min(std::min(growth, 2.0) * supports_[i], most);
+    }
+    if (few) {
+      if (!around_) around_ = surroundings(cloud_, supports_.maxCoeff(), threads_);
+      keep(shorter, around_(shorter, supports_(shorter)), false);
+    } else {
+      keep(shorter, find_neighbours(cloud_, supports_, shorter, threads_), true);
+    }
+    std::erase_if(shorter, is_long);
   }
+}
+
+/// With `count` neighbours, as far as the list is long enough.
+double Nearby::support(int i, int count, std::vector<double>& memory) const {
+  constexpr int short_ones = 64, past_end = 8;
+  const auto [begin, size] = lists_[i];
+  if (size < count) return supports_[i];
+  const double* const first = squared_.data() + begin;
+  memory.assign(first, first + size);
+  double last;
+  if (size <= short_ones) {
+    memory.resize(size + past_end, std::numeric_limits<double>::infinity());
+    last = candidate_kernels(cpu()).ranked(memory.data(), size, count);
+  } else {
+    std::ranges::nth_element(memory, memory.begin() + count - 1);
+    last = memory[count - 1];
+  }
+  return std::min(supports_[i], beyond_last * std::sqrt(last));
 }
 
 Neighbours Nearby::nearest(const std::vector<int>& points, int count) {
   // Of the points within beyond_last times the distance to the last one none may be missing.
-  reach(points, static_cast<int>(std::ceil(count * std::pow(beyond_last, cloud_.dimension()))));
-  return within(wide_, squared_, points, supports_of(wide_, squared_, points, count, threads_),
-                threads_);
+  reach(points, with_those_beyond(count, cloud_.dimension()));
+  const int n = cloud_.size(), some = static_cast<int>(points.size());
+  Neighbours near{IndexVector::Zero(n + 1), {}, supports_, order_};
+  parallel_chunks(
+      some, 256, threads_, [&, memory = std::vector<double>()](int begin, int end) mutable {
+        for (int k = begin; k < end; ++k) {
+          const int i = points[k];
+          const double h = near.supports[i] = support(i, count, memory);
+          const double* const squared = squared_.data() + lists_[i].begin;
+          near.offsets[i + 1] = static_cast<int>(std::count_if(
+              squared, squared + lists_[i].count, [h](double r2) { return r2 < h * h; }));
+        }
+      });
+  std::partial_sum(near.offsets.begin(), near.offsets.end(), near.offsets.begin());
+  near.indices.resize(near.offsets[n]);
+  parallel_chunks(some, 256, threads_, [&](int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      const int i = points[k];
+      const double h = near.supports[i];
+      int* at = near.indices.data() + near.offsets[i];
+      for (std::size_t e = lists_[i].begin; e < lists_[i].begin + lists_[i].count; ++e)
+        if (squared_[e] < h * h) *at++ = indices_[e];
+    }
+  });
+  return near;
 }
 
 }  // namespace gradpsi

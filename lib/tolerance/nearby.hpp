@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "gradpsi/neighbours.hpp"
+#include "search/search.hpp"
 
 namespace gradpsi {
 
@@ -10,22 +12,35 @@ namespace gradpsi {
 class Nearby {
  public:
   /// @param count  as many nearest points as most rows will want
-  Nearby(const Cloud& cloud, int count, int threads);
+  /// @param most   and as many as any will
+  Nearby(const Cloud& cloud, int count, int most, int threads);
 
   /// Neighbours of `points`, `count` of them at least where there are as many, within beyond_last times the
   /// distance to the last; those of other points are empty.
   /// @param points  ascending
   Neighbours nearest(const std::vector<int>& points, int count);
 
+  /// All points, near ones close to one another, as Neighbours::order has them.
+  const IndexVector& order() const { return order_; }
+
  private:
-  void find(const std::vector<int>& points);
+  struct List {
+    std::size_t begin;
+    int count;
+  };
+
+  void keep(const std::vector<int>& points, const Neighbours& near, bool all);
   void reach(const std::vector<int>& points, int count);
+  double support(int i, int count, std::vector<double>& memory) const;
 
   const Cloud& cloud_;
-  int threads_;
-  DenseVector supports_;  // how far lists reach
-  Neighbours wide_;
-  std::vector<double> squared_;  // distances, as wide_.indices has the points
+  int most_, threads_;
+  DenseVector supports_;     // how far lists reach
+  std::vector<List> lists_;  // by point
+  std::vector<int> indices_;
+  std::vector<double> squared_;  // distances to these
+  IndexVector order_;
+  Surroundings around_;  // for a few points; built when it is first wanted
 };
 
 }  // namespace gradpsi

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -22,6 +23,18 @@ std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud, 
   return all;
 }
 
+/// A row whose error is so many times too large mostly needs a higher degree.
+constexpr double hopeless = 3;
+
+/// Rows are tried with all candidates at every so many points, at most, but not at fewer points than those.
+constexpr int most_rows_a_pilot = 32, least_pilots = 256, pilots_of_block = 16;
+
+int most_neighbours(const std::vector<RowCandidate>& candidates) {
+  int most = 0;
+  for (const RowCandidate& candidate : candidates) most = std::max(most, candidate.neighbours);
+  return most;
+}
+
 }  // namespace
 
 double gershgorin_reach(const SparseMatrix& A, int k, int i) {
@@ -37,11 +50,14 @@ RowChoice::RowChoice(const Accuracy& wanted, Derivative derivative, const Cloud&
       derivative_(derivative),
       cloud_(cloud),
       candidates_(candidates(derivative, cloud, options.stable)),
-      near_(cloud, within_two_spacings[cloud.dimension() - 1], options.threads),
+      near_(cloud, within_two_spacings[cloud.dimension() - 1], most_neighbours(candidates_),
+            options.threads),
       assembly_{.kernel = options.kernel,
                 .on_degenerate = OnDegenerate::Zero,
                 .threads = options.threads},
       rows_(cloud.size(), target(derivative).outputs(cloud.dimension())),
+      least_degree_(cloud.size(), 0),
+      taken_(cloud.size(), -1),
       left_(cloud.size()) {
   std::iota(left_.begin(), left_.end(), 0);
   if (cloud.has_volumes())
@@ -63,42 +79,76 @@ DenseVector RowChoice::errors(const Operator& op, double tolerance) const {
   return bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, tolerance, assembly_.threads);
 }
 
-/// Candidate by candidate on the rows that are left, as far as bounds by norms tell. A row whose error is three times
-/// too large mostly needs a higher degree.
-void RowChoice::choose_at_a_glance() {
-  constexpr double hopeless = 3;
-  std::vector<int> least_degree(cloud_.size(), 0);  // of candidates that are still worth it
-  for (const RowCandidate& candidate : candidates_) {
-    const int P = degree(candidate.scheme);
-    std::vector<int> points;
-    for (const int i : left_)
-      if (least_degree[i] <= P) points.push_back(i);
-    if (points.empty()) continue;
-    const Operator op = assemble(candidate, points);
-    const DenseVector error = errors(op, wanted_.tolerance);
-    for (int k = 0; k < std::ssize(points); ++k) {
-      const int i = points[k];
-      if (error[k] < rows_.error(i)) rows_.take(op, k, candidate.scheme, error[k]);
-      if (op.rows.degree[k] >= 0 && error[k] > hopeless * wanted_.tolerance)
-        least_degree[i] = P + 1;
+void RowChoice::try_in_turn(const std::vector<int>& points,
+                            const std::function<bool(int i, std::size_t candidate)>& worth,
+                            double tolerance) {
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    std::vector<int> some;
+    for (const int i : points)
+      if (rows_.error(i) > wanted_.tolerance && least_degree_[i] <= degree(candidates_[c].scheme) &&
+          worth(i, c))
+        some.push_back(i);
+    if (some.empty()) continue;
+    const Operator op = assemble(candidates_[c], some);
+    const DenseVector error = errors(op, tolerance);
+    for (int k = 0; k < std::ssize(some); ++k) {
+      const int i = some[k];
+      if (error[k] < rows_.error(i)) {
+        rows_.take(op, k, candidates_[c].scheme, error[k]);
+        taken_[i] = static_cast<int>(c);
+      }
+      if (tolerance > 0 && op.rows.degree[k] >= 0 && error[k] > hopeless * tolerance)
+        least_degree_[i] = degree(candidates_[c].scheme) + 1;
     }
-    keep_left();
   }
 }
 
-void RowChoice::choose() {
-  choose_at_a_glance();
-  rows_.report().errors = errors(rows_.operator_of(volumes_), 0);
-  keep_left();
-  // Where nothing seemed good enough, all candidates in earnest.
-  for (const RowCandidate& candidate : candidates_) {
-    if (left_.empty()) return;
-    const Operator op = assemble(candidate, left_);
-    const DenseVector error = errors(op, 0);
-    for (int k = 0; k < std::ssize(left_); ++k)
-      if (error[k] < rows_.error(left_[k])) rows_.take(op, k, candidate.scheme, error[k]);
-    keep_left();
+/// The candidates that are worth a try where pilots ended with them, or with cheaper ones that are not.
+std::vector<char> RowChoice::worth_trying(const std::vector<int>& pilots) const {
+  constexpr double share = 0.3;  // of the rows that are left, which take it
+  std::vector<int> ended(candidates_.size(), 0);
+  for (const int i : pilots)
+    if (rows_.error(i) <= wanted_.tolerance) ++ended[taken_[i]];
+  std::vector<char> worth(candidates_.size(), false);
+  auto left = static_cast<int>(pilots.size());
+  int would_take = 0;
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    would_take += ended[c];
+    if (would_take == 0 || would_take < share * left) continue;
+    worth[c] = true;
+    left -= would_take;
+    would_take = 0;
   }
+  return worth;
+}
+
+void RowChoice::choose() {
+  const int n = cloud_.size(), stride = std::clamp(n / least_pilots, 1, most_rows_a_pilot);
+  const int of_block = stride * pilots_of_block;
+  const IndexVector order = near_.order();  // in which neighbours are near one another
+  std::vector<int> pilots, others, block(n);
+  std::vector<std::vector<int>> pilots_of(n / of_block + 1);
+  for (int k = 0; k < n; ++k) {
+    const int i = order.size() > 0 ? order[k] : k;
+    block[i] = k / of_block;
+    (k % stride == 0 ? pilots : others).push_back(i);
+    if (k % stride == 0) pilots_of[block[i]].push_back(i);
+  }
+  std::ranges::sort(pilots);
+  std::ranges::sort(others);
+  const auto always = [](int, std::size_t) { return true; };
+  try_in_turn(pilots, always, wanted_.tolerance);
+  std::vector<std::vector<char>> worth;
+  for (const std::vector<int>& some : pilots_of) worth.push_back(worth_trying(some));
+  try_in_turn(
+      others, [&](int i, std::size_t c) { return worth[block[i]][c]; }, wanted_.tolerance);
+  try_in_turn(
+      others, [&](int i, std::size_t c) { return !worth[block[i]][c]; }, wanted_.tolerance);
+  // Where nothing seemed good enough, all candidates in earnest.
+  keep_left();
+  std::ranges::fill(least_degree_, 0);
+  try_in_turn(left_, always, 0);
+  keep_left();
 }
 
 void RowChoice::keep_left() {

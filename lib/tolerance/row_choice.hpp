@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "gradpsi/tolerance.hpp"
@@ -34,7 +35,12 @@ class RowChoice {
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   /// See bounded_errors().
   DenseVector errors(const Operator& op, double tolerance) const;
-  void choose_at_a_glance();
+  /// Candidate by candidate, those of the points that are not good enough yet, for which it is worth it. With a
+  /// tolerance bounds and candidates are left out that can hardly be good enough, see bounded_errors().
+  void try_in_turn(const std::vector<int>& points,
+                   const std::function<bool(int i, std::size_t candidate)>& worth,
+                   double tolerance);
+  std::vector<char> worth_trying(const std::vector<int>& pilots) const;
   void keep_left();
 
   const Accuracy& wanted_;
@@ -44,6 +50,8 @@ class RowChoice {
   Nearby near_;
   AssemblyOptions assembly_;
   RowStore rows_;
+  std::vector<int> least_degree_;  // of candidates that are still worth it, by point
+  std::vector<int> taken_;         // whose row each point has; -1: none
   std::vector<int> left_;
   DenseVector volumes_;
 };

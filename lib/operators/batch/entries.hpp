@@ -34,13 +34,6 @@ struct Entries {
 
 constexpr int round_up(int n, int W) { return (n + W - 1) / W * W; }
 
-/// x rounded to the nearest whole number, for |x| < 2^51.
-template <class V>
-[[gnu::always_inline]] inline V rounded(V x) {
-  constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52
-  return (x + shift) - shift;
-}
-
 /// Copies a row's neighbours together, r_ij into s and omega_j into the volume.
 template <int D>
 [[gnu::always_inline]] inline void gather(const BatchPoints& points, const int* columns, int i,
