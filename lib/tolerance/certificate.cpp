@@ -143,12 +143,13 @@ void check_wavelengths(int order, int n, const VectorView& wavelengths) {
 }
 
 DenseVector bounded_errors(Derivative derivative, const Cloud& cloud, const Operator& op,
-                           const VectorView& wavelengths, double tolerance, int threads) {
+                           const VectorView& wavelengths, double tolerance, int threads,
+                           const Cpu& processor) {
   const Tables tables(target(derivative), cloud.dimension());
   const SparseMatrix& pattern = op.matrix();
   const BoundRows rows = bound_rows(cloud, op, wavelengths, tolerance);
   const int* const outer = pattern.outerIndexPtr();
-  const BoundFunction bound = bound_kernels(cpu()).of[cloud.dimension() - 1];
+  const BoundFunction bound = bound_kernels(processor).of[cloud.dimension() - 1];
   DenseVector errors(pattern.rows());
   parallel_chunks(
       static_cast<int>(pattern.rows()), 256, threads,

@@ -105,7 +105,7 @@ void RowChoice::try_in_turn(const std::vector<int>& points,
 
 /// The candidates that are worth a try where pilots ended with them, or with cheaper ones that are not.
 std::vector<char> RowChoice::worth_trying(const std::vector<int>& pilots) const {
-  constexpr double share = 0.3;  // of the rows that are left, which take it
+  constexpr double share = 0.2;  // of the rows that are left, which take it
   std::vector<int> ended(candidates_.size(), 0);
   for (const int i : pilots)
     if (rows_.error(i) <= wanted_.tolerance) ++ended[taken_[i]];

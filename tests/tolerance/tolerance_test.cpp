@@ -7,12 +7,15 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <numeric>
 #include <random>
 
+#include "base/cpu.hpp"
 #include "clouds.hpp"
 #include "gradpsi/error.hpp"
 #include "schemes/targets.hpp"
 #include "tolerance/candidates.hpp"
+#include "tolerance/certificate.hpp"
 
 namespace gradpsi {
 namespace {
@@ -109,6 +112,31 @@ TEST(Certificate, IsCloseToTheWorstWave) {
         const double found =
             sampled_error(scheme.derivative, cloud, op, k, L, random, d == 3 ? 1000 : 300);
         EXPECT_LE(errors[k], 1.5 * found) << name(scheme) << " row " << k << ", " << d << "D";
+      }
+    }
+  }
+}
+
+// However many rows are worked on at once; those left over at the end, and rows of different lengths, too.
+TEST(Certificate, IsTheSameOnAllProcessors) {
+  for (const int d : {1, 2, 3}) {
+    const Cloud cloud = irregular_cloud(d, d == 1 ? 61 : d == 2 ? 13 : 6);
+    for (const Scheme scheme : several) {
+      const Operator op = assemble(scheme, cloud, find_neighbours(cloud, 2.9 * cloud.spacing()),
+                                   {.on_degenerate = OnDegenerate::Zero});
+      const DenseVector L = DenseVector::Constant(1, 9 * cloud.spacing());
+      for (const double tolerance : {0.0, 0.02}) {
+        const auto errors = [&](const Cpu& cpu) {
+          return bounded_errors(scheme.derivative, cloud, op, L, tolerance, 1, cpu);
+        };
+        const DenseVector narrow = errors(runnable_cpus().front());
+        for (const Cpu& cpu : runnable_cpus()) {
+          const DenseVector found = errors(cpu);
+          for (int k = 0; k < cloud.size(); ++k) {
+            if (narrow[k] == found[k]) continue;  // infinity
+            EXPECT_NEAR(found[k], narrow[k], 1e-11 * narrow[k]) << cpu.name << name(scheme) << k;
+          }
+        }
       }
     }
   }
@@ -296,6 +324,47 @@ TEST(Tolerance, StableRowsAreReachedByFixedPoints) {
                 {.on_miss = OnDegenerate::Lower, .stable = true, .fixed = outermost(near, 0.1)});
   });
   EXPECT_THAT(said, HasSubstr("no fixed value reaches 81 points, the first at point 81 (at (40."));
+}
+
+/// The entries of the first candidate that is good enough, of all rows.
+Eigen::Index least_entries(const Accuracy& wanted, const Cloud& cloud) {
+  std::vector<int> left(cloud.size());
+  std::iota(left.begin(), left.end(), 0);
+  Eigen::Index entries = 0;
+  for (const RowCandidate& candidate : row_candidates(Derivative::Laplacian, 2, false)) {
+    const Neighbours near =
+        find_neighbours(cloud, beyond_last * kth_nearest_distances(cloud, candidate.neighbours));
+    const Operator tried = assemble(candidate.scheme, cloud, near,
+                                    {.on_degenerate = OnDegenerate::Zero, .rows = left});
+    const DenseVector errors =
+        certified_errors(Derivative::Laplacian, cloud, tried, wanted.wavelengths);
+    std::vector<int> still;
+    for (int k = 0; k < std::ssize(left); ++k)
+      if (errors[k] > wanted.tolerance)
+        still.push_back(left[k]);
+      else
+        entries += tried.matrix().row(k).nonZeros();
+    left = std::move(still);
+    if (left.empty()) return entries;
+  }
+  ADD_FAILURE() << left.size() << " rows are not good enough";
+  return entries;
+}
+
+// Where there are many points most rows only try what rows nearby ended with. Half of the square asks for more.
+TEST(Tolerance, ManyRowsTakeFewMoreEntriesThanTheLeast) {
+  const Cloud cloud = irregular_cloud(2, 60);
+  Accuracy wanted{0.05, DenseVector::Constant(cloud.size(), 48 * cloud.spacing())};
+  for (int i = 0; i < cloud.size(); ++i)
+    if (cloud.positions()(i, 0) > 0.5) wanted.wavelengths[i] /= 2;
+  const Operator op = assemble_to(wanted, Derivative::Laplacian, cloud);
+  EXPECT_LE(op.rows.errors.maxCoeff(), wanted.tolerance);
+  EXPECT_LE(certified_errors(Derivative::Laplacian, cloud, op, wanted.wavelengths).maxCoeff(),
+            wanted.tolerance);
+  const Eigen::Index least =
+      least_entries(wanted, Cloud(cloud.positions(), {.volumes = op.volumes}));
+  EXPECT_GE(op.matrix().nonZeros(), 0.99 * static_cast<double>(least));
+  EXPECT_LE(op.matrix().nonZeros(), 1.2 * static_cast<double>(least));
 }
 
 // Of rows that miss the tolerance there is no better one among the candidates.
