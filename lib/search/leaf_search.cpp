@@ -42,6 +42,18 @@ Box<D> box_around(const Tree<D>& tree, Leaf leaf, double reach) {
 
 }  // namespace
 
+double ranked(std::vector<double>& values, int rank) {
+  static const RankedFunction of_few = candidate_kernels(cpu()).ranked;
+  const auto size = std::ssize(values);
+  if (size < rank) return infinity;
+  if (size <= few) {
+    values.resize(size + past_end, infinity);
+    return of_few(values.data(), static_cast<int>(size), rank);
+  }
+  std::ranges::nth_element(values, values.begin() + rank - 1);
+  return values[rank - 1];
+}
+
 template <int D>
 void LeafSearch<D>::gather(const Tree<D>& tree, Leaf leaf, double reach) {
   gather(tree, box_around(tree, leaf, reach));
@@ -144,18 +156,6 @@ double LeafSearch<D>::squared_distance(const Point<D>& x, int c) const {
 
 /// The count-th of the squares; infinity if there are fewer.
 template <int D>
-double LeafSearch<D>::least_square(int count) {
-  const auto size = std::ssize(squares_);
-  if (size < count) return infinity;
-  if (size <= few) {
-    squares_.resize(size + past_end, infinity);
-    return code_.ranked(squares_.data(), static_cast<int>(size), count);
-  }
-  std::ranges::nth_element(squares_, squares_.begin() + count - 1);
-  return squares_[count - 1];
-}
-
-template <int D>
 double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count, double reach) {
   for (int c = static_cast<int>(places_.size()); c < count_ + past_end; ++c) places_.push_back(c);
   within_.resize(std::max<std::size_t>(within_.size(), most()));
@@ -166,7 +166,7 @@ double LeafSearch<D>::nearest_squared(int i, const Point<D>& x, int count, doubl
   for (int k = 0; k < found; ++k)
     if (candidates_.number[within_[k]] != i) squares_.push_back(squared_distance(x, within_[k]));
   // Rounding may have left out who is just there.
-  const double least = least_square(count);
+  const double least = ranked(squares_, count);
   return least < reach * reach * (1 - 1e-14) ? least : infinity;
 }
 

@@ -8,6 +8,10 @@
 
 namespace gradpsi {
 
+/// The rank-th least of some values, 1 being the least; infinity if there are fewer. What is in `values` then is
+/// nobody's.
+double ranked(std::vector<double>& values, int rank);
+
 /// Finds the neighbours of all points of a leaf together: the trees are walked once for the leaf's
 /// box widened by the support, and the candidates found, sorted once, are tested for each point.
 template <int D>
@@ -49,7 +53,6 @@ class LeafSearch {
   void gather(const Tree<D>& tree, const Box<D>& box, const Point<D>& shift);
   void merge(int begin, int middle, int end);
   double squared_distance(const Point<D>& x, int c) const;
-  double least_square(int count);
 
   int count_ = 0;
   PointArrays<D> candidates_, sorted_;

@@ -13,7 +13,6 @@ constexpr int W = GRADPSI_LANES;
 using V = Lanes<W>;
 using Mask = decltype(V{} < V{});
 
-constexpr int most_degrees = 15;
 constexpr double small = 0.02;      // of the rest: what needs not be known better
 constexpr double beyond_doubt = 4;  // times the tolerance
 constexpr double eps = 0x1p-52;
@@ -37,8 +36,8 @@ struct Series {
   V largest[most_degrees];        // by degree: a bound of the magnitude in any direction
   V wavenumbers;
   V counts;  // entries of each row
-  V entries, beyond,
-      rounding;  // sums of magnitudes: of them, of what no degree has yet, of digits lost
+  // Sums of magnitudes: of entries, of what degrees beyond add, of lost digits.
+  V entries, beyond, rounding;
 
   Series(const BoundTables& tables, int most_entries, double* memory) : tables(tables) {
     const auto take = [&](long numbers) {

@@ -23,6 +23,9 @@ struct DegreeTable {
   double slack;  // by how much the worst direction may be worse than these; infinity: nobody knows
 };
 
+/// How many degrees there are at most, 0 among them.
+inline constexpr int most_degrees = 15;
+
 /// What all rows have in common.
 struct BoundTables {
   int order, outputs;  // of the derivative

@@ -58,7 +58,7 @@ struct Degree {
   std::vector<double> at_directions;
 };
 
-constexpr int highest_degree(int dimension) { return dimension == 3 ? 10 : 14; }
+constexpr int highest_degree(int dimension) { return dimension == 3 ? 10 : most_degrees - 1; }
 
 template <int D>
 const std::vector<Degree>& degrees() {

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <utility>
 
 #include "base/dispatch.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
-#include "search/candidates.hpp"
 #include "search/check.hpp"
+#include "search/leaf_search.hpp"
 #include "tolerance/candidates.hpp"
 
 namespace gradpsi {
@@ -35,19 +34,20 @@ Nearby::Nearby(const Cloud& cloud, int count, int most, int threads)
   std::vector<int> all(cloud.size());
   std::iota(all.begin(), all.end(), 0);
   Neighbours near = find_neighbours(cloud, supports_, all, threads);
-  keep(all, near, true);
+  keep(all, near);
   order_ = std::move(near.order);
 }
 
-/// Takes the lists of these points: row k, or, of all of them, row i.
-void Nearby::keep(const std::vector<int>& points, const Neighbours& near, bool all) {
+/// Takes the lists of these points, those of all of them or of others, too.
+void Nearby::keep(const std::vector<int>& points, const Neighbours& near) {
   const std::size_t before = indices_.size();
+  const bool of_all = near.size() == cloud_.size();
   indices_.insert(indices_.end(), near.indices.begin(), near.indices.end());
   squared_.resize(indices_.size());
   dispatch(cloud_.dimension(), [&](auto d) {
     parallel_chunks(static_cast<int>(points.size()), 256, threads_, [&](int begin, int end) {
       for (int k = begin; k < end; ++k) {
-        const int i = points[k], row = all ? i : k;
+        const int i = points[k], row = of_all ? i : k;
         lists_[i] = {before + near.offsets[row], near.count(row)};
         for (std::size_t e = lists_[i].begin; e < lists_[i].begin + lists_[i].count; ++e)
           squared_[e] = squared_distance<d>(cloud_, i, indices_[e]);
@@ -74,9 +74,9 @@ void Nearby::reach(const std::vector<int>& points, int count) {
     }
     if (few) {
       if (!around_) around_ = surroundings(cloud_, supports_.maxCoeff(), threads_);
-      keep(shorter, around_(shorter, supports_(shorter)), false);
+      keep(shorter, around_(shorter, supports_(shorter)));
     } else {
-      keep(shorter, find_neighbours(cloud_, supports_, shorter, threads_), true);
+      keep(shorter, find_neighbours(cloud_, supports_, shorter, threads_));
     }
     std::erase_if(shorter, is_long);
   }
@@ -84,20 +84,10 @@ void Nearby::reach(const std::vector<int>& points, int count) {
 
 /// With `count` neighbours, as far as the list is long enough.
 double Nearby::support(int i, int count, std::vector<double>& memory) const {
-  constexpr int short_ones = 64, past_end = 8;
   const auto [begin, size] = lists_[i];
-  if (size < count) return supports_[i];
   const double* const first = squared_.data() + begin;
   memory.assign(first, first + size);
-  double last;
-  if (size <= short_ones) {
-    memory.resize(size + past_end, std::numeric_limits<double>::infinity());
-    last = candidate_kernels(cpu()).ranked(memory.data(), size, count);
-  } else {
-    std::ranges::nth_element(memory, memory.begin() + count - 1);
-    last = memory[count - 1];
-  }
-  return std::min(supports_[i], beyond_last * std::sqrt(last));
+  return std::min(supports_[i], beyond_last * std::sqrt(ranked(memory, count)));
 }
 
 Neighbours Nearby::nearest(const std::vector<int>& points, int count) {

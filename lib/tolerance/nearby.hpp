@@ -29,7 +29,7 @@ class Nearby {
     int count;
   };
 
-  void keep(const std::vector<int>& points, const Neighbours& near, bool all);
+  void keep(const std::vector<int>& points, const Neighbours& near);
   void reach(const std::vector<int>& points, int count);
   double support(int i, int count, std::vector<double>& memory) const;
 

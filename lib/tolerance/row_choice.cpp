@@ -26,7 +26,7 @@ std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud, 
 /// A row whose error is so many times too large mostly needs a higher degree.
 constexpr double hopeless = 3;
 
-/// Rows are tried with all candidates at every so many points, at most, but not at fewer points than those.
+/// Pilots try all candidates: one in so many rows, or more where there would be fewer than those.
 constexpr int most_rows_a_pilot = 32, least_pilots = 256, pilots_of_block = 16;
 
 int most_neighbours(const std::vector<RowCandidate>& candidates) {
@@ -125,11 +125,10 @@ std::vector<char> RowChoice::worth_trying(const std::vector<int>& pilots) const 
 void RowChoice::choose() {
   const int n = cloud_.size(), stride = std::clamp(n / least_pilots, 1, most_rows_a_pilot);
   const int of_block = stride * pilots_of_block;
-  const IndexVector order = near_.order();  // in which neighbours are near one another
   std::vector<int> pilots, others, block(n);
   std::vector<std::vector<int>> pilots_of(n / of_block + 1);
   for (int k = 0; k < n; ++k) {
-    const int i = order.size() > 0 ? order[k] : k;
+    const int i = near_.order()[k];
     block[i] = k / of_block;
     (k % stride == 0 ? pilots : others).push_back(i);
     if (k % stride == 0) pilots_of[block[i]].push_back(i);

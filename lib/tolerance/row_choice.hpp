@@ -35,8 +35,8 @@ class RowChoice {
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   /// See bounded_errors().
   DenseVector errors(const Operator& op, double tolerance) const;
-  /// Candidate by candidate, those of the points that are not good enough yet, for which it is worth it. With a
-  /// tolerance bounds and candidates are left out that can hardly be good enough, see bounded_errors().
+  /// Tries candidate by candidate on those of the points that are not good enough yet and for which it is worth it.
+  /// With a tolerance, bounds are cut short and degrees passed over where rows can hardly be good enough.
   void try_in_turn(const std::vector<int>& points,
                    const std::function<bool(int i, std::size_t candidate)>& worth,
                    double tolerance);
