@@ -113,7 +113,7 @@ Single single(const Scheme& scheme, const Scene& scene, double ratio, const Dens
 /// The supports on which points have as many neighbours as the rows by that scheme, in local spacings.
 double same_neighbours(const Operator& op, const Scheme& scheme, const Scene& scene,
                        const DenseVector& spacing) {
-  double neighbours = 0, rows = 0, ratio = 1;
+  double neighbours = 0, rows = 0, ratio = 1.6;
   for (int i = 0; i < scene.cloud.size(); ++i)
     if (op.rows.schemes[i] == scheme) neighbours += op.rows.neighbours[i], ++rows;
   const auto usual = [&] {

@@ -52,7 +52,7 @@ struct ToleranceOptions {
 };
 
 /// A derivative each of whose rows is by the cheapest scheme and support that are good enough there, or nearly: of
-/// many points most try first what points nearby ended with, which takes up to a tenth more entries. Candidates
+/// many points most first try what some others ended with, which takes up to a tenth more entries. Candidates
 /// are least squares of degree 1 to 6, and minimal positive stencils, on each point's nearest neighbours, from as
 /// few as can be up to 2.4 times the unknowns; rows without answer at one try the next.
 ///

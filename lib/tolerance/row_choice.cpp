@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -27,7 +26,7 @@ std::vector<RowCandidate> candidates(Derivative derivative, const Cloud& cloud, 
 constexpr double hopeless = 3;
 
 /// Pilots try all candidates: one in so many rows, or more where there would be fewer than those.
-constexpr int most_rows_a_pilot = 32, least_pilots = 256, pilots_of_block = 16;
+constexpr int most_rows_a_pilot = 32, least_pilots = 256;
 
 int most_neighbours(const std::vector<RowCandidate>& candidates) {
   int most = 0;
@@ -79,14 +78,13 @@ DenseVector RowChoice::errors(const Operator& op, double tolerance) const {
   return bounded_errors(derivative_, cloud_, op, wanted_.wavelengths, tolerance, assembly_.threads);
 }
 
-void RowChoice::try_in_turn(const std::vector<int>& points,
-                            const std::function<bool(int i, std::size_t candidate)>& worth,
+void RowChoice::try_in_turn(const std::vector<int>& points, const std::vector<bool>& worth,
                             double tolerance) {
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    if (!worth[c]) continue;
     std::vector<int> some;
     for (const int i : points)
-      if (rows_.error(i) > wanted_.tolerance && least_degree_[i] <= degree(candidates_[c].scheme) &&
-          worth(i, c))
+      if (rows_.error(i) > wanted_.tolerance && least_degree_[i] <= degree(candidates_[c].scheme))
         some.push_back(i);
     if (some.empty()) continue;
     const Operator op = assemble(candidates_[c], some);
@@ -104,12 +102,12 @@ void RowChoice::try_in_turn(const std::vector<int>& points,
 }
 
 /// The candidates that are worth a try where pilots ended with them, or with cheaper ones that are not.
-std::vector<char> RowChoice::worth_trying(const std::vector<int>& pilots) const {
+std::vector<bool> RowChoice::worth_trying(const std::vector<int>& pilots) const {
   constexpr double share = 0.2;  // of the rows that are left, which take it
   std::vector<int> ended(candidates_.size(), 0);
   for (const int i : pilots)
     if (rows_.error(i) <= wanted_.tolerance) ++ended[taken_[i]];
-  std::vector<char> worth(candidates_.size(), false);
+  std::vector<bool> worth(candidates_.size(), false);
   auto left = static_cast<int>(pilots.size());
   int would_take = 0;
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
@@ -124,29 +122,20 @@ std::vector<char> RowChoice::worth_trying(const std::vector<int>& pilots) const 
 
 void RowChoice::choose() {
   const int n = cloud_.size(), stride = std::clamp(n / least_pilots, 1, most_rows_a_pilot);
-  const int of_block = stride * pilots_of_block;
-  std::vector<int> pilots, others, block(n);
-  std::vector<std::vector<int>> pilots_of(n / of_block + 1);
-  for (int k = 0; k < n; ++k) {
-    const int i = near_.order()[k];
-    block[i] = k / of_block;
-    (k % stride == 0 ? pilots : others).push_back(i);
-    if (k % stride == 0) pilots_of[block[i]].push_back(i);
-  }
+  std::vector<int> pilots, others;
+  for (int k = 0; k < n; ++k) (k % stride == 0 ? pilots : others).push_back(near_.order()[k]);
   std::ranges::sort(pilots);
   std::ranges::sort(others);
-  const auto always = [](int, std::size_t) { return true; };
-  try_in_turn(pilots, always, wanted_.tolerance);
-  std::vector<std::vector<char>> worth;
-  for (const std::vector<int>& some : pilots_of) worth.push_back(worth_trying(some));
-  try_in_turn(
-      others, [&](int i, std::size_t c) { return worth[block[i]][c]; }, wanted_.tolerance);
-  try_in_turn(
-      others, [&](int i, std::size_t c) { return !worth[block[i]][c]; }, wanted_.tolerance);
+  const std::vector<bool> all(candidates_.size(), true);
+  try_in_turn(pilots, all, wanted_.tolerance);
+  std::vector<bool> worth = worth_trying(pilots);
+  try_in_turn(others, worth, wanted_.tolerance);
+  worth.flip();
+  try_in_turn(others, worth, wanted_.tolerance);
   // Where nothing seemed good enough, all candidates in earnest.
   keep_left();
   std::ranges::fill(least_degree_, 0);
-  try_in_turn(left_, always, 0);
+  try_in_turn(left_, all, 0);
   keep_left();
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "gradpsi/tolerance.hpp"
@@ -35,12 +34,12 @@ class RowChoice {
   Operator assemble(const RowCandidate& candidate, const std::vector<int>& points);
   /// See bounded_errors().
   DenseVector errors(const Operator& op, double tolerance) const;
-  /// Tries candidate by candidate on those of the points that are not good enough yet and for which it is worth it.
+  /// Tries the candidates that are worth it, one by one, on those of the points that are not good enough yet.
   /// With a tolerance, bounds are cut short and degrees passed over where rows can hardly be good enough.
-  void try_in_turn(const std::vector<int>& points,
-                   const std::function<bool(int i, std::size_t candidate)>& worth,
+  /// @param worth  by candidate
+  void try_in_turn(const std::vector<int>& points, const std::vector<bool>& worth,
                    double tolerance);
-  std::vector<char> worth_trying(const std::vector<int>& pilots) const;
+  std::vector<bool> worth_trying(const std::vector<int>& pilots) const;
   void keep_left();
 
   const Accuracy& wanted_;

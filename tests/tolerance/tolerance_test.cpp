@@ -384,7 +384,7 @@ Eigen::Index least_entries(const Accuracy& wanted, const Cloud& cloud) {
   return entries;
 }
 
-// Where there are many points most rows only try what rows nearby ended with. Half of the square asks for more.
+// Where there are many points most rows first try what some others ended with. Half of the square asks for more.
 TEST(Tolerance, ManyRowsTakeFewMoreEntriesThanTheLeast) {
   const Cloud cloud = irregular_cloud(2, 60);
   Accuracy wanted{0.05, DenseVector::Constant(cloud.size(), 48 * cloud.spacing())};
